@@ -1,0 +1,9 @@
+# Status and messages, memory, threads, cpu features: what any library needs.
+libsoftshadow_core_la_SOURCES += \
+  %D%/clock.c %D%/clock.h \
+  %D%/cpu.c %D%/cpu.h \
+  %D%/fpu.c %D%/fpu.h \
+  %D%/memory.c %D%/memory.h \
+  %D%/parallel.c %D%/parallel.h \
+  %D%/status.c %D%/status.h \
+  %D%/vec.h

@@ -1,0 +1,1 @@
+libsoftshadow_core_la_SOURCES +=

@@ -1,0 +1,431 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * softshadow.h - how much of a light does this point see?
+ *
+ * You give triangle meshes and area lights; you ask, for any batch of points, what fraction of a
+ * light each point sees: 1 is fully lit, 0 is umbra, between them is penumbra.
+ *
+ *     softshadow *s;
+ *     softshadow_create(&s, NULL);
+ *     softshadow_add_mesh(s, &mesh, NULL);
+ *     softshadow_set_light(s, &light);
+ *     softshadow_build_maps(s, NULL);
+ *     softshadow_query_visibility(s, &points, visibility);
+ *     softshadow_destroy(s);
+ *
+ * This header is the whole contract. It compiles alone as C99, C11 and C++11.
+ *
+ * Status     Every call that can fail returns SOFTSHADOW_OK (0) or a negative SOFTSHADOW_E_ code;
+ *            softshadow_last_message() then says which argument was wrong, what it was and what is
+ *            allowed. Outputs are always set: after an error a pointer is NULL, an id is
+ *            UINT32_MAX, a batch of visibilities is all NaN.
+ * Structs    Begin with struct_size. Start from the matching _INIT macro; zero means "default" in
+ *            every field. A program compiled against 1.0 runs with every 1.x.
+ * Units      Lengths are in the scene's own unit and any handedness will do. Angles are radians.
+ *            Sizes of lights are radii and HALF axes.
+ * Threads    Once maps are built any number of threads may query one handle. A call that changes a
+ *            handle while another one uses it answers SOFTSHADOW_E_STATE and changes nothing.
+ *            Results do not depend on thread count, batch split or order, bit for bit (the method
+ *            "auto": for the same batch).
+ * Host       Nothing of yours is touched: no output, signal, locale, floating-point mode or current
+ *            GL context is changed. After fork() a handle made by the parent answers E_STATE.
+ */
+#ifndef SOFTSHADOW_H
+#define SOFTSHADOW_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#ifndef SOFTSHADOW_API
+#define SOFTSHADOW_API
+#endif
+
+/* The version this header describes: major, minor, patch. softshadow_version() tells what runs. */
+#define SOFTSHADOW_VERSION_MAJOR 1
+#define SOFTSHADOW_VERSION_MINOR 0
+#define SOFTSHADOW_VERSION_PATCH 0
+#define SOFTSHADOW_VERSION 10000u /* major * 10000 + minor * 100 + patch */
+
+/* ---- What a call answers ------------------------------------------------------------------- */
+
+typedef int32_t softshadow_status;
+
+enum {
+    SOFTSHADOW_OK = 0,
+    SOFTSHADOW_E_ARGUMENT = -1,    /* an argument is not allowed; the message names it */
+    SOFTSHADOW_E_STATE = -2,       /* not now: nothing built, in use, or made before fork() */
+    SOFTSHADOW_E_MESH = -3,        /* a vertex or an index cannot be used; the message has its number */
+    SOFTSHADOW_E_LIGHT = -4,       /* a light that is none: NaN, negative radius, skewed axes */
+    SOFTSHADOW_E_MEMORY = -5,      /* memory ran out; the handle is as it was */
+    SOFTSHADOW_E_UNSUPPORTED = -6, /* this build, machine or method cannot do it */
+    SOFTSHADOW_E_CANCELLED = -7,   /* your progress callback said stop */
+    SOFTSHADOW_E_BACKEND = -8,     /* Embree, EGL or a driver failed; the message has its words */
+    SOFTSHADOW_E_INTERNAL = -9     /* a defect of ours: please report the message */
+};
+
+/* Scene, lights and whatever was built from them. Opaque. */
+typedef struct softshadow softshadow;
+
+/* ---- Names for small numbers ----------------------------------------------------------------*/
+
+/* position_type: what positions are made of, three numbers each. */
+enum { SOFTSHADOW_F32 = 0, SOFTSHADOW_F64 };
+
+/* light type */
+enum { SOFTSHADOW_SPHERE = 0, SOFTSHADOW_DISK, SOFTSHADOW_RECT, SOFTSHADOW_SUN };
+
+/* backend: where maps are built and asked. ANY: the GPU if there is one, else the CPU. */
+enum { SOFTSHADOW_CPU = 0, SOFTSHADOW_EGL, SOFTSHADOW_ANY };
+
+/* weighting: how much each part of the light counts.
+ *   UNIFORM      all parts of the light's measure alike (see softshadow_light)
+ *   SOLID_ANGLE  by the solid angle d(omega) the part fills at the point
+ *   IRRADIANCE   by cos(theta at the receiver) d(omega): what unshadowed direct light on a diffuse
+ *                surface is made of. Needs normals. */
+enum { SOFTSHADOW_UNIFORM = 0, SOFTSHADOW_SOLID_ANGLE, SOFTSHADOW_IRRADIANCE };
+
+/* falloff: how a map technique turns its linear penumbra coordinate into a fraction.
+ *   DISK     exact area of a disk cut by a line   LINEAR   exact for a square light
+ *   PAPER    what the technique's paper printed   PROFILE  from the light's radial profile */
+enum {
+    SOFTSHADOW_FALLOFF_DISK = 0,
+    SOFTSHADOW_FALLOFF_LINEAR,
+    SOFTSHADOW_FALLOFF_PAPER,
+    SOFTSHADOW_FALLOFF_PROFILE
+};
+
+/* What error_bound means for a method: nothing (NaN), a bound the truth never leaves, or one it
+ * leaves at one point in a thousand. */
+enum { SOFTSHADOW_BOUND_NONE = 0, SOFTSHADOW_BOUND_CERTIFIED, SOFTSHADOW_BOUND_STATISTICAL };
+
+/* Mesh flags. A mesh with neither CASTS nor RECEIVES does both. BORROW: the arrays stay yours and
+ * must stay as they are until the mesh is updated or removed, or the handle destroyed. */
+enum { SOFTSHADOW_CASTS = 1, SOFTSHADOW_RECEIVES = 2, SOFTSHADOW_BORROW = 4 };
+
+/* "No triangle": the value of a primitive that is not known. */
+#define SOFTSHADOW_NO_PRIMITIVE UINT64_MAX
+
+/* ---- What you give --------------------------------------------------------------------------*/
+
+/* How a handle works with its host. All of it is optional. */
+typedef struct softshadow_options {
+    uint32_t struct_size;
+    uint32_t threads; /* how many threads a call may use, its own included; 0: one per processor */
+    void *user;       /* handed to the callbacks below */
+    /* Called with one line of text; level 0 error, 1 warning, 2 information. Any thread. */
+    void (*log)(void *user, int level, const char *text);
+    /* Called now and then with done in 0..1 while a call works; non-zero cancels that call. One
+     * thread at a time, never after the call has returned. It must not call this handle. */
+    int (*progress)(void *user, double done);
+    /* Your scheduler: call body(ctx, begin, end) for ranges that together cover 0..n, on as many
+     * threads as you like, and return when all are done. NULL: threads of our own. */
+    void (*parallel)(void *user, uint64_t n, void (*body)(void *ctx, uint64_t begin, uint64_t end),
+                     void *ctx);
+} softshadow_options;
+
+/* An 8-bit image, width x height, row after row; v = 0 is the first row, u and v repeat. */
+typedef struct softshadow_texture {
+    uint32_t width, height;
+    const uint8_t *texels;
+} softshadow_texture;
+
+/* Triangles. Any soup is welcome: open, non-manifold, degenerate, in any winding. */
+typedef struct softshadow_mesh {
+    uint32_t struct_size;
+    uint32_t flags;           /* SOFTSHADOW_CASTS | _RECEIVES | _BORROW */
+    uint32_t position_type;   /* SOFTSHADOW_F32 or _F64 */
+    const void *positions;    /* vertex_count x 3, finite, within +-1e15 */
+    size_t position_stride;   /* bytes from one vertex to the next; 0: packed */
+    size_t vertex_count;
+    const uint32_t *indices;  /* triangle_count x 3, each below vertex_count */
+    size_t triangle_count;    /* 0 is allowed: such a mesh casts nothing */
+    const double *transform;  /* 12: three rows of [A | t], x' = A x + t; NULL: identity */
+    const float *uvs;         /* vertex_count x 2, for the opacity texture; or NULL */
+    size_t uv_stride;         /* bytes; 0: packed */
+    softshadow_texture opacity; /* texels NULL: opaque */
+    float opacity_threshold;  /* a spot casts where texel / 255 >= this */
+} softshadow_mesh;
+
+/* A light, and the measure in which "fraction" is meant:
+ *   RECT    centre, half axes u and v, perpendicular; normal u x v; uniform in area
+ *   DISK    centre, normal (direction), radius; uniform in area
+ *   SPHERE  centre and radius r; a point at distance d sees a disk of radius r d / sqrt(d^2 - r^2)
+ *           through the centre, facing it; uniform in that disk's area. Only what lies before the
+ *           circle where the tangent cone touches the lamp occludes. Inside the lamp all is seen.
+ *   SUN     the direction the light travels and its angular radius (0..80 degrees, in radians): the
+ *           disk of radius tan(angle) at distance 1 towards the sun; uniform in its area
+ * Radius 0 (sun: a tiny angle, too) is a point light: 0 or 1. Rect and disk shine to both sides
+ * except under IRRADIANCE, where they emit on their normal's side. */
+typedef struct softshadow_light {
+    uint32_t struct_size;
+    uint32_t type;
+    double position[3];
+    double direction[3]; /* disk: normal; rect: zero or along u x v; sun: the way light travels */
+    double u[3], v[3];   /* rect */
+    double radius;       /* sphere, disk: length; sun: radians */
+    const float *profile; /* weight of the area at rho = i / (profile_count - 1); NULL: uniform */
+    uint32_t profile_count;
+} softshadow_light;
+
+/* What to build. Every zero is a default. */
+typedef struct softshadow_build {
+    uint32_t struct_size;
+    const char *method;   /* a name softshadow_method_info() lists; NULL: "auto" */
+    uint32_t backend;     /* SOFTSHADOW_CPU, _EGL, _ANY */
+    uint32_t samples;     /* light samples a point for "raytrace", "exact"; 0: what tolerance needs */
+    uint32_t resolution;  /* side of a map in texels; 0: 1024 */
+    uint32_t layers;      /* depth layers of "backprojection"; 0: 3 */
+    uint32_t max_samples; /* most texels a back-projection or a filter visits; 0: all */
+    uint32_t falloff;     /* SOFTSHADOW_FALLOFF_ */
+    uint32_t weighting;   /* SOFTSHADOW_UNIFORM, _SOLID_ANGLE, _IRRADIANCE */
+    uint32_t mask_taps;   /* "penumbra-mask": taps along a side; 0: 8 */
+    uint32_t blur;        /* "penumbra-mask": non-zero: blur along image rows */
+    uint32_t seed;        /* turns the sample pattern of "raytrace" */
+    double tolerance;     /* wanted RMS error of a point in penumbra; 0: 1/256 */
+    double depth_bias;    /* for techniques that compare depths, in units of length; 0: their own */
+    double smoothie_width; /* "smoothie": in tangent units; 0: R/b */
+    const double *bounds; /* 6: min xyz, max xyz of all points you will ask; NULL: anywhere */
+} softshadow_build;
+
+/* A batch of points. Two input arrays may be the same memory; outputs must not overlap inputs. */
+typedef struct softshadow_points {
+    uint32_t struct_size;
+    uint32_t position_type;
+    const void *positions;      /* count x 3 */
+    size_t position_stride;     /* bytes; 0: packed */
+    size_t count;               /* 0 is allowed */
+    const float *normals;       /* count x 3, any length, 0 0 0: none; or NULL. What lies below the
+                                   point's horizon is hidden */
+    size_t normal_stride;       /* bytes; 0: packed */
+    const uint32_t *ids;        /* count: objects a blur must not cross; or NULL */
+    const uint64_t *primitives; /* count: mesh_id << 32 | triangle the point lies on, or
+                                   SOFTSHADOW_NO_PRIMITIVE; or NULL. With it no epsilon decides what
+                                   touches the point; without, a face within 4 units in the last
+                                   place of the largest coordinate counts as touched */
+    uint32_t width;             /* > 0: the points are rows of an image; divides count */
+    uint32_t light;             /* which light: an id */
+    float *error_bound;         /* out, count, or NULL: how far the truth may be */
+} softshadow_points;
+
+/* ---- What you get ---------------------------------------------------------------------------*/
+
+/* A measurement against ray-traced truth of another sequence. */
+typedef struct softshadow_error {
+    uint32_t struct_size;
+    uint64_t max_points; /* in: measure on at most so many of the points; 0: all */
+    uint32_t samples;    /* in: rays a point for the reference; 0: 4096 */
+    double rms, max, p99, mean; /* out: of method minus reference over the points measured */
+    double reference_error;     /* out: RMS error of the reference itself, from two halves */
+    uint64_t points;            /* out: how many were measured */
+} softshadow_error;
+
+/* Sums since the last build. */
+typedef struct softshadow_stats {
+    uint32_t struct_size;
+    double build_seconds, query_seconds;
+    uint64_t triangles;        /* that cast */
+    uint64_t casters_culled;   /* triangles that no query could need and no map holds */
+    uint64_t silhouette_edges;
+    uint64_t points, points_lit, points_umbra, points_penumbra;
+    uint64_t points_traced;    /* that any ray was spent on */
+    uint64_t points_bad;       /* not finite, beyond 1e15 or outside bounds: answered NaN */
+    uint64_t rays;
+    uint64_t map_bytes, peak_bytes; /* held by what was built; most ever held */
+    const char *method_used, *backend_used;
+    uint64_t points_settled;   /* answered for a whole group at once: nothing between it and the light */
+    uint64_t lod_triangles;    /* triangles of coarser levels at hand; 0: none was used */
+} softshadow_stats;
+
+/* One plane of what was built, to look at or to use on a GPU. Valid until the next build. */
+typedef struct softshadow_map {
+    uint32_t struct_size;
+    const char *name;
+    uint32_t width, height, channels;
+    const float *pixels;
+    double matrix[16]; /* row-major: world to clip space of the plane */
+} softshadow_map;
+
+typedef struct softshadow_method {
+    uint32_t struct_size;
+    const char *name, *title, *citation;
+    uint32_t bound_kind;        /* SOFTSHADOW_BOUND_ */
+    uint32_t lights_native;     /* bit (1 << SOFTSHADOW_SPHERE) ... : exactly as the method means it */
+    uint32_t lights_approximated; /* likewise: by a stand-in, see notes */
+    const char *notes;
+} softshadow_method;
+
+/* What a mesh is made of, after vertices in the same place were taken as one. */
+typedef struct softshadow_mesh_report {
+    uint32_t struct_size;
+    uint64_t vertices, triangles;
+    uint64_t positions;             /* vertices that differ */
+    uint64_t degenerate_triangles;  /* no area */
+    uint64_t duplicate_triangles;   /* same three positions as an earlier one */
+    uint64_t edges, boundary_edges; /* boundary: used by one triangle */
+    uint64_t nonmanifold_edges;     /* used by three triangles or more */
+    uint64_t flipped_edges;         /* used twice in the same direction */
+    uint64_t nonmanifold_vertices;  /* where more than one fan of triangles meets */
+    uint64_t components;            /* connected by edges */
+    uint64_t closed_components;     /* every edge used equally often in both directions */
+    uint64_t silhouette_edges;      /* as seen from the centre of light 0; 0 without a light */
+    double bounds[6];               /* min xyz, max xyz, transformed */
+} softshadow_mesh_report;
+
+/* One point's view of a light. Fill the upper part; arrays you leave NULL are not computed. */
+typedef struct softshadow_explanation {
+    uint32_t struct_size;
+    double point[3];
+    const float *normal;       /* 3, or NULL */
+    const uint64_t *primitive; /* 1: the triangle the point lies on, or NULL */
+    uint32_t light;
+    uint32_t size;        /* side of the image, 1..4096 */
+    float *image;         /* out, size x size: 1 seen, 0 hidden, NaN not part of the light; row 0 is
+                             at +v, column 0 at -u of the light's frame as the point sees it */
+    uint64_t *hider;      /* out, size x size: a triangle that hides this spot (the nearest), or
+                             SOFTSHADOW_NO_PRIMITIVE */
+    float visibility;     /* out: from the pixels of the image */
+    uint64_t triangles;   /* out: how many different triangles are in hider */
+    double centre[3], u[3], v[3]; /* out: the light as the point sees it: centre, half axes */
+} softshadow_explanation;
+
+/* A struct with its size set and everything else zero, which is the default. */
+#ifdef __cplusplus
+extern "C++" {
+template <class T> inline T softshadow_init_of_() {
+    T zero = T();
+    zero.struct_size = sizeof(T);
+    return zero;
+}
+}
+#define SOFTSHADOW_INIT_(type) softshadow_init_of_<type>()
+#else
+#define SOFTSHADOW_INIT_(type) { .struct_size = sizeof(type) }
+#endif
+#define SOFTSHADOW_OPTIONS_INIT SOFTSHADOW_INIT_(softshadow_options)
+#define SOFTSHADOW_MESH_INIT SOFTSHADOW_INIT_(softshadow_mesh)
+#define SOFTSHADOW_LIGHT_INIT SOFTSHADOW_INIT_(softshadow_light)
+#define SOFTSHADOW_BUILD_INIT SOFTSHADOW_INIT_(softshadow_build)
+#define SOFTSHADOW_POINTS_INIT SOFTSHADOW_INIT_(softshadow_points)
+#define SOFTSHADOW_ERROR_INIT SOFTSHADOW_INIT_(softshadow_error)
+#define SOFTSHADOW_STATS_INIT SOFTSHADOW_INIT_(softshadow_stats)
+#define SOFTSHADOW_MAP_INIT SOFTSHADOW_INIT_(softshadow_map)
+#define SOFTSHADOW_METHOD_INIT SOFTSHADOW_INIT_(softshadow_method)
+#define SOFTSHADOW_MESH_REPORT_INIT SOFTSHADOW_INIT_(softshadow_mesh_report)
+#define SOFTSHADOW_EXPLANATION_INIT SOFTSHADOW_INIT_(softshadow_explanation)
+
+/* ---- The library itself ---------------------------------------------------------------------*/
+
+/* The version that runs, as SOFTSHADOW_VERSION counts. A host that loads the library by hand should
+ * refuse another major version. Any thread, any time. */
+SOFTSHADOW_API uint32_t softshadow_version(void);
+
+/* The same as text, "1.0.0". Static. */
+SOFTSHADOW_API const char *softshadow_version_string(void);
+
+/* The name of a status, "SOFTSHADOW_E_MESH"; "unknown status" for numbers that are none. Static. */
+SOFTSHADOW_API const char *softshadow_status_name(softshadow_status status);
+
+/* What the calling thread's last failed call on this handle had to say, one line; "" if it did not
+ * fail. NULL as the handle: what the last failed softshadow_create() said. Valid until the thread's
+ * next call. Never NULL. */
+SOFTSHADOW_API const char *softshadow_last_message(const softshadow *handle);
+
+/* ---- A handle -------------------------------------------------------------------------------*/
+
+/* Makes an empty scene.
+ *   out      receives the handle, or NULL on error
+ *   options  NULL: all defaults
+ * Errors: E_ARGUMENT, E_MEMORY. Loads nothing else: no Embree, no GL. */
+SOFTSHADOW_API softshadow_status softshadow_create(softshadow **out,
+                                                   const softshadow_options *options);
+
+/* Frees a handle and all it holds; NULL is fine. No other call may be using it. */
+SOFTSHADOW_API void softshadow_destroy(softshadow *handle);
+
+/* ---- The scene ------------------------------------------------------------------------------*/
+
+/* Adds a mesh. Its arrays are copied unless SOFTSHADOW_BORROW is set.
+ *   mesh     see softshadow_mesh
+ *   mesh_id  receives the mesh's number (0, 1, ... never used again), or UINT32_MAX; may be NULL
+ * Errors: E_MESH with the number of the first vertex or triangle that cannot be used; E_ARGUMENT for
+ * strides, types, flags and sizes; E_MEMORY; E_STATE while a query runs. */
+SOFTSHADOW_API softshadow_status softshadow_add_mesh(softshadow *handle, const softshadow_mesh *mesh,
+                                                     uint32_t *mesh_id);
+
+/* Puts another mesh in the place of mesh_id. Refused, the handle stays as it was. Errors as above. */
+SOFTSHADOW_API softshadow_status softshadow_update_mesh(softshadow *handle, uint32_t mesh_id,
+                                                        const softshadow_mesh *mesh);
+
+/* Takes a mesh out of the scene. Errors: E_ARGUMENT for an id that is none, E_STATE. */
+SOFTSHADOW_API softshadow_status softshadow_remove_mesh(softshadow *handle, uint32_t mesh_id);
+
+/* Makes this the only light, id 0. Errors: E_LIGHT, E_ARGUMENT, E_MEMORY, E_STATE. */
+SOFTSHADOW_API softshadow_status softshadow_set_light(softshadow *handle,
+                                                      const softshadow_light *light);
+
+/* Adds a further light.
+ *   light_id  receives its id, to be used in softshadow_points.light; may be NULL */
+SOFTSHADOW_API softshadow_status softshadow_add_light(softshadow *handle,
+                                                      const softshadow_light *light,
+                                                      uint32_t *light_id);
+
+/* ---- Build and ask --------------------------------------------------------------------------*/
+
+/* Prepares a method for the scene and its lights; builds again only what has become stale.
+ *   build  NULL: the method "auto" with its defaults
+ * Errors: E_ARGUMENT names the field; E_UNSUPPORTED for a method, weighting or light that is not to
+ * be had; E_STATE without a light; E_CANCELLED; E_BACKEND when Embree or a driver is missing or
+ * fails; E_MEMORY. After an error nothing is built and a query answers E_STATE. */
+SOFTSHADOW_API softshadow_status softshadow_build_maps(softshadow *handle,
+                                                       const softshadow_build *build);
+
+/* The fraction of the light that each point sees.
+ *   points      see softshadow_points
+ *   visibility  out, count floats in 0..1; NaN for a point that is not finite, beyond 1e15 or
+ *               outside the bounds given to the build; all NaN after an error
+ * Errors: E_STATE before a build or after the scene changed; E_ARGUMENT; E_CANCELLED; E_MEMORY.
+ * Any number of threads may be in here with one handle. */
+SOFTSHADOW_API softshadow_status softshadow_query_visibility(softshadow *handle,
+                                                             const softshadow_points *points,
+                                                             float *visibility);
+
+/* Compares what was built with ray-traced truth (another sequence of samples, far more of them) on
+ * evenly chosen points of the batch.
+ *   error  in: max_points, samples; out: the rest
+ * Errors: as softshadow_query_visibility(), and E_BACKEND without Embree. */
+SOFTSHADOW_API softshadow_status softshadow_measure_error(softshadow *handle,
+                                                          const softshadow_points *points,
+                                                          softshadow_error *error);
+
+/* ---- Looking inside -------------------------------------------------------------------------*/
+
+/* Sums since the last build. Any thread. */
+SOFTSHADOW_API softshadow_status softshadow_get_stats(const softshadow *handle,
+                                                      softshadow_stats *stats);
+
+/* How many planes the build made, and the index-th of them. Methods without maps have none. */
+SOFTSHADOW_API softshadow_status softshadow_map_count(const softshadow *handle, uint32_t *count);
+SOFTSHADOW_API softshadow_status softshadow_get_map(const softshadow *handle, uint32_t index,
+                                                    softshadow_map *map);
+
+/* The methods this library has, in a fixed order; needs no handle. */
+SOFTSHADOW_API softshadow_status softshadow_method_count(uint32_t *count);
+SOFTSHADOW_API softshadow_status softshadow_method_info(uint32_t index, softshadow_method *method);
+
+/* Counts what a mesh is made of. Works before any build. Errors: E_ARGUMENT, E_MEMORY, E_STATE. */
+SOFTSHADOW_API softshadow_status softshadow_mesh_info(softshadow *handle, uint32_t mesh_id,
+                                                      softshadow_mesh_report *report);
+
+/* Draws the light as one point sees it and names the triangles that hide it, in double precision
+ * and without any method's approximations. Needs a built handle. Errors: as a query. */
+SOFTSHADOW_API softshadow_status softshadow_explain(softshadow *handle,
+                                                    softshadow_explanation *explanation);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

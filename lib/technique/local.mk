@@ -1,0 +1,4 @@
+# One file per algorithm, listed in registry.c.
+libsoftshadow_core_la_SOURCES += \
+  %D%/registry.c %D%/technique.h
+EXTRA_DIST += %D%/BIBLIOGRAPHY.md

@@ -1,0 +1,16 @@
+#include <string.h>
+
+#include "technique/technique.h"
+
+/* In the order in which listings show them. */
+const ss_technique *const ss_techniques[] = {
+    NULL,
+};
+const uint32_t ss_technique_count = 0;
+
+const ss_technique *ss_technique_find(const char *name) {
+    for (uint32_t i = 0; i < ss_technique_count; i++) {
+        if (strcmp(ss_techniques[i]->name, name) == 0) return ss_techniques[i];
+    }
+    return NULL;
+}

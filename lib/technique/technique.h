@@ -1,0 +1,78 @@
+/* What every technique is: a row of this table. One file per algorithm, listed in registry.c. */
+#ifndef SS_TECHNIQUE_TECHNIQUE_H
+#define SS_TECHNIQUE_TECHNIQUE_H
+
+#include "base/memory.h"
+#include "base/parallel.h"
+#include "scene/point.h"
+#include "scene/scene.h"
+#include "softshadow.h"
+
+struct ss_bvh;
+struct ss_rays;
+
+/* What a technique needs before its build; the plan prepares these and nothing else. */
+enum {
+    SS_NEEDS_BVH = 1,        /* trace/bvh.h: near faces, shafts */
+    SS_NEEDS_RAYS = 2,       /* trace/rays.h: Embree */
+    SS_NEEDS_EDGES = 4,      /* topology's edge table */
+    SS_NEEDS_COMPONENTS = 8, /* topology's closed components */
+    SS_NEEDS_LEVELS = 16     /* topology's decimated levels */
+};
+
+/* The build as asked, every default filled in, lengths in the host's unit. */
+typedef struct ss_params {
+    uint32_t samples;      /* 0: what the tolerance needs */
+    uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed;
+    double tolerance, depth_bias, smoothie_width;
+    bool bounded;
+    double bounds[6]; /* local: min xyz, max xyz */
+} ss_params;
+
+/* Everything a technique may read; all of it is const while the technique lives. */
+typedef struct ss_stage {
+    const ss_world *world;
+    const ss_light *light;   /* in the world's coordinates */
+    uint32_t light_id;
+    const ss_params *params;
+    ss_pool *pool;           /* for the build; queries run inside the engine's own loop */
+    ss_progress *progress;   /* of the build */
+    const struct ss_bvh *bvh;   /* NULL unless needed */
+    const struct ss_rays *rays; /* NULL unless needed */
+    const struct ss_topology *topology; /* NULL unless needed: scene/connectivity.h */
+} ss_stage;
+
+/* What a query counts; one per worker, summed by the engine. */
+typedef struct ss_counts {
+    uint64_t lit, umbra, penumbra, traced, settled, rays;
+} ss_counts;
+
+typedef struct ss_technique {
+    const char *name, *title, *cite, *notes;
+    uint32_t needs;
+    uint32_t bound_kind;
+    uint32_t lights_native, lights_approximated; /* bit per light type */
+    uint32_t weightings;                         /* bit per weighting */
+    uint32_t group;  /* the query likes points in Morton order, in multiples of this; 0: as they come */
+
+    /* Builds for one light; *state owns what it made. May be NULL: nothing to build. */
+    softshadow_status (*build)(const ss_stage *stage, void **state);
+    /* Answers n points: visibility[i] and bound[i] (bound may be NULL) belong to points[i]. Re-entrant;
+     * scratch comes from the arena, nothing else is allocated. Points in Morton order where group > 0. */
+    softshadow_status (*query)(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts);
+    void (*destroy)(void *state);
+    size_t (*bytes)(const void *state);                            /* held by state; may be NULL */
+    uint32_t (*map_count)(const void *state);                      /* NULL: none */
+    void (*get_map)(const void *state, uint32_t index, softshadow_map *map);
+    uint64_t (*silhouette_edges)(const void *state);               /* NULL: 0 */
+    uint64_t (*casters_culled)(const void *state);                 /* NULL: 0 */
+} ss_technique;
+
+extern const ss_technique *const ss_techniques[];
+extern const uint32_t ss_technique_count;
+/* By name; NULL if there is none. */
+const ss_technique *ss_technique_find(const char *name);
+
+#endif

@@ -1,0 +1,6 @@
+# make check: everything in seconds. Stress, fuzz and bench have commands of their own.
+EXTRA_DIST += %D%/README.md
+include %D%/unit/local.mk
+include %D%/property/local.mk
+include %D%/abi/local.mk
+include %D%/bench/local.mk
