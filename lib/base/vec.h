@@ -5,8 +5,14 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* Three terms added smallest first: the sum does not depend on their order, so that permuting the
+ * axes of a scene permutes its results bit for bit. */
+static inline double ss_sum3(double x, double y, double z) {
+    const double low = fmin(x, y), high = fmax(x, y);
+    return (fmin(low, z) + fmax(low, fmin(high, z))) + fmax(high, z);
+}
 static inline double ss_dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    return ss_sum3(a[0] * b[0], a[1] * b[1], a[2] * b[2]);
 }
 static inline void ss_cross(const double a[3], const double b[3], double out[3]) {
     const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2],
@@ -19,12 +25,27 @@ static inline void ss_sub(const double a[3], const double b[3], double out[3]) {
 static inline void ss_add_scaled(const double a[3], double s, const double b[3], double out[3]) {
     for (int k = 0; k < 3; k++) out[k] = a[k] + s * b[k];
 }
-/* Length without overflow or underflow for any finite vector. */
-static inline double ss_length(const double a[3]) { return hypot(hypot(a[0], a[1]), a[2]); }
+/* The power of two that brings a to a size whose square neither overflows nor underflows; 0 for no
+ * direction (zero, infinite, NaN). Mostly 1, which costs nothing. */
+static inline double ss_safe_scale(const double a[3]) {
+    const double most = fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
+    if (most > 0x1p-400 && most < 0x1p+400) return 1;
+    if (!(most > 0) || isinf(most)) return 0;
+    return most < 1 ? 0x1p+600 : 0x1p-600;
+}
+static inline double ss_length(const double a[3]) {
+    const double scale = ss_safe_scale(a);
+    if (scale == 0) return fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
+    const double b[3] = {a[0] * scale, a[1] * scale, a[2] * scale};
+    return sqrt(ss_dot(b, b)) / scale;
+}
+/* Makes a unit vector; false (and a unchanged) for a vector of no direction. */
 static inline bool ss_normalize(double a[3]) {
-    const double length = ss_length(a);
-    if (!(length > 0) || isinf(length)) return false;
-    for (int k = 0; k < 3; k++) a[k] /= length;
+    const double scale = ss_safe_scale(a);
+    if (scale == 0 || isnan(a[0] + a[1] + a[2])) return false;
+    const double b[3] = {a[0] * scale, a[1] * scale, a[2] * scale};
+    const double length = sqrt(ss_dot(b, b));
+    for (int k = 0; k < 3; k++) a[k] = b[k] / length;
     return true;
 }
 static inline bool ss_finite3(const double a[3]) {

@@ -1,10 +1,11 @@
 /* The scene as the host gave it, and the world the engines work in.
  *
  * LOCAL coordinates: the casters' bounding box is measured in double; every coordinate x becomes
- *     local = (x - low) - half            in double, then rounded to float where floats are used.
- * low is the box's lowest corner, half is half its size rounded to a few bits, so that moving a whole
- * scene by an exact amount, or scaling it by a power of two, gives the same bits. The light stays in
- * double. */
+ *     local = ((x - low) - half) * scale      in double, then rounded to float where floats are used.
+ * low is the box's lowest corner, half is half its size rounded to a few bits, scale is the power of
+ * two that brings all casters into [-1, 1]: so moving a whole scene by an exact amount, or scaling it
+ * by a power of two, gives the same bits, and no engine ever meets tiny or huge casters. Points and
+ * lights may be anywhere, up to 1e30 or so. The light stays in double. */
 #ifndef SS_SCENE_SCENE_H
 #define SS_SCENE_SCENE_H
 
@@ -70,15 +71,17 @@ typedef struct ss_world {
     uint32_t mesh_count;
     bool any_opacity;     /* some mesh has an opacity texture */
     float bounds[6];      /* of vertices, local; all 0 when there are none */
-    double extent;        /* largest |local coordinate| of a vertex; 0 when there are none */
-    double unit;          /* the power of two at or above extent; 1 when there are none */
+    double extent;        /* largest |local coordinate| of a vertex: in (1/2, 1], or 0 without any */
+    double scale;         /* local units per host unit, a power of two */
 } ss_world;
 
 softshadow_status ss_world_create(ss_world **out, const ss_scene *scene);
 void ss_world_destroy(ss_world *world);
 
 static inline void ss_world_local(const ss_world *world, const double host[3], double local[3]) {
-    for (int k = 0; k < 3; k++) local[k] = (host[k] - world->low[k]) - world->half[k];
+    for (int k = 0; k < 3; k++) {
+        local[k] = ((host[k] - world->low[k]) - world->half[k]) * world->scale;
+    }
 }
 /* Vertex v in local coordinates, in double, as precise as the host gave it. */
 void ss_world_vertex(const ss_world *world, uint32_t v, double out[3]);
