@@ -2,6 +2,14 @@
 noinst_LTLIBRARIES += libcli.la
 libcli_la_SOURCES = \
   %D%/error.c %D%/error.h \
-  %D%/number.cc %D%/number.h
+  %D%/number.cc %D%/number.h \
+  %D%/numbers.c %D%/numbers.h \
+  %D%/text_buffer.c %D%/text_buffer.h \
+  %D%/input.c %D%/input.h \
+  %D%/output.c %D%/output.h \
+  %D%/options.c %D%/options.h \
+  %D%/light.c %D%/light.h \
+  %D%/build_options.c %D%/build_options.h \
+  %D%/progress.c %D%/progress.h
 # The C++ here is a face for header-only code: without exceptions it links as C.
 libcli_la_CXXFLAGS = $(AM_CXXFLAGS) -fno-exceptions -fno-rtti
