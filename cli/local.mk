@@ -13,3 +13,7 @@ libcli_la_SOURCES = \
   %D%/progress.c %D%/progress.h
 # The C++ here is a face for header-only code: without exceptions it links as C.
 libcli_la_CXXFLAGS = $(AM_CXXFLAGS) -fno-exceptions -fno-rtti
+libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
+libcli_la_LIBADD =
+
+include %D%/image/local.mk

@@ -1,3 +1,11 @@
 # Unit tests: each links the library's archive, so that it can reach what is hidden.
 dist_check_SCRIPTS += %D%/layers.sh
 TESTS += %D%/layers.sh
+
+if HAVE_CMOCKA
+check_PROGRAMS += tests/unit/image_file
+TESTS += tests/unit/image_file
+tests_unit_image_file_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
+tests_unit_image_file_SOURCES = tests/unit/image_file.c
+tests_unit_image_file_LDADD = libcli.la $(CMOCKA_LIBS)
+endif
