@@ -5,5 +5,6 @@ libsoftshadow_core_la_SOURCES += \
   %D%/fpu.c %D%/fpu.h \
   %D%/memory.c %D%/memory.h \
   %D%/parallel.c %D%/parallel.h \
+  %D%/predicate.c %D%/predicate.h \
   %D%/status.c %D%/status.h \
   %D%/vec.h
