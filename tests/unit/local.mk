@@ -9,3 +9,12 @@ tests_unit_image_file_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
 tests_unit_image_file_SOURCES = tests/unit/image_file.c
 tests_unit_image_file_LDADD = libcli.la $(CMOCKA_LIBS)
 endif
+
+if HAVE_CMOCKA
+check_PROGRAMS += tests/unit/predicate tests/unit/topology
+TESTS += tests/unit/predicate tests/unit/topology
+tests_unit_predicate_SOURCES = %D%/predicate.c
+tests_unit_predicate_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+tests_unit_topology_SOURCES = %D%/topology.c %D%/shapes.h
+tests_unit_topology_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+endif
