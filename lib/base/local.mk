@@ -1,4 +1,4 @@
-# Status and messages, memory, threads, cpu features: what any library needs.
+# Status and messages, memory, threads, cpu features, exact signs: what any library needs.
 libsoftshadow_core_la_SOURCES += \
   %D%/clock.c %D%/clock.h \
   %D%/cpu.c %D%/cpu.h \
@@ -6,5 +6,6 @@ libsoftshadow_core_la_SOURCES += \
   %D%/memory.c %D%/memory.h \
   %D%/parallel.c %D%/parallel.h \
   %D%/predicate.c %D%/predicate.h \
+  %D%/process.c %D%/process.h \
   %D%/status.c %D%/status.h \
   %D%/vec.h

@@ -8,7 +8,9 @@
 typedef struct ss_point {
     double p[3];
     float normal[3];   /* unit, or 0 0 0 */
-    float contact;     /* a face this near (local units) counts as touched; 0 with a primitive */
+    float ulp;         /* spacing of the given position's numbers relative to their size: 2^-23 or
+                          2^-52; 0 where the primitive is known. A face within 4 ulp at the largest
+                          coordinate of face and point counts as touched */
     uint32_t triangle; /* the world triangle it lies on, SS_NO_TRIANGLE: not known or casts nothing */
     uint32_t place;    /* where its answer goes in the caller's batch */
 } ss_point;

@@ -24,8 +24,8 @@ enum {
 typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */
     uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed;
+    uint32_t bounded;      /* are bounds given? */
     double tolerance, depth_bias, smoothie_width;
-    bool bounded;
     double bounds[6]; /* local: min xyz, max xyz */
 } ss_params;
 

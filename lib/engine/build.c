@@ -1,0 +1,155 @@
+/* Builds what the plan asks for, keeps what is still true. */
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/status.h"
+#include "engine/engine.h"
+#include "trace/bvh.h"
+#include "trace/rays.h"
+
+static void free_states(ss_built *built) {
+    for (uint32_t i = 0; i < built->light_count && built->states; i++) {
+        if (built->states[i] && built->plan.technique->destroy) {
+            built->plan.technique->destroy(built->states[i]);
+        }
+    }
+    ss_free(built->states);
+    ss_free(built->stages);
+    ss_free(built->lights);
+    built->states = NULL, built->stages = NULL, built->lights = NULL, built->light_count = 0;
+}
+
+static void free_geometry(ss_built *built) {
+    ss_rays_destroy(built->rays);
+    ss_bvh_destroy(built->bvh);
+    ss_world_destroy(built->world);
+    built->rays = NULL, built->bvh = NULL, built->world = NULL;
+}
+
+void ss_built_free(ss_built *built) {
+    free_states(built);
+    free_geometry(built);
+    *built = (ss_built){0};
+}
+
+/* What depends on the meshes only: kept while they stay as they were. */
+static softshadow_status build_geometry(softshadow *handle, uint32_t needs,
+                                        ss_progress *progress) {
+    ss_built *built = &handle->built;
+    softshadow_status status = SOFTSHADOW_OK;
+    if (built->world && built->geometry_version != handle->scene.geometry_version) {
+        free_geometry(built);
+    }
+    if (!built->world) status = ss_world_create(&built->world, &handle->scene);
+    built->geometry_version = handle->scene.geometry_version;
+    if (!status && (needs & SS_NEEDS_BVH) && !built->bvh) {
+        status = ss_bvh_build(&built->bvh, built->world, handle->pool, progress);
+    }
+    if (!status && (needs & SS_NEEDS_RAYS) && !built->rays) {
+        status = ss_rays_create(&built->rays, built->world, handle->pool);
+    }
+    return status;
+}
+
+static void localize_bounds(const ss_world *world, ss_params *params) {
+    double low[3], high[3];
+    if (!params->bounded) return;
+    ss_world_local(world, params->bounds, low);
+    ss_world_local(world, params->bounds + 3, high);
+    memcpy(params->bounds, low, sizeof low);
+    memcpy(params->bounds + 3, high, sizeof high);
+}
+
+static softshadow_status build_lights(softshadow *handle, ss_progress *progress) {
+    ss_built *built = &handle->built;
+    const uint32_t n = handle->scene.light_count;
+    built->lights = ss_alloc(n, sizeof *built->lights);
+    built->stages = ss_alloc(n, sizeof *built->stages);
+    built->states = ss_alloc(n, sizeof *built->states);
+    if (!built->lights || !built->stages || !built->states) {
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %u lights", n);
+    }
+    built->light_count = n;
+    for (uint32_t i = 0; i < n; i++) {
+        ss_world_light(built->world, &handle->scene.lights[i], &built->lights[i]);
+        built->stages[i] = (ss_stage){.world = built->world,
+                                      .light = &built->lights[i],
+                                      .light_id = i,
+                                      .params = &built->plan.params,
+                                      .pool = handle->pool,
+                                      .progress = progress,
+                                      .bvh = built->bvh,
+                                      .rays = built->rays};
+        if (!built->plan.technique->build) continue;
+        const softshadow_status status =
+            built->plan.technique->build(&built->stages[i], &built->states[i]);
+        if (status) return status;
+    }
+    return SOFTSHADOW_OK;
+}
+
+static void count_bytes(ss_built *built) {
+    const ss_world *world = built->world;
+    size_t bytes = world->vertex_count * 12 + world->triangle_count * 12;
+    if (built->bvh) bytes += ss_bvh_bytes(built->bvh);
+    if (built->rays) bytes += ss_rays_bytes(built->rays);
+    for (uint32_t i = 0; i < built->light_count && built->plan.technique->bytes; i++) {
+        if (built->states[i]) bytes += built->plan.technique->bytes(built->states[i]);
+    }
+    built->bytes = bytes;
+    if (bytes > built->peak_bytes) built->peak_bytes = bytes;
+}
+
+static bool same_plan(const ss_plan *a, const ss_plan *b) {
+    return a->technique == b->technique && a->needs == b->needs &&
+           memcmp(&a->params, &b->params, sizeof a->params) == 0;
+}
+
+static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progress *progress) {
+    ss_built *built = &handle->built;
+    softshadow_status status = ss_progress_add(progress, 0);
+    if (!status) status = build_geometry(handle, plan->needs, progress);
+    if (status) return status;
+    built->plan = *plan;
+    localize_bounds(built->world, &built->plan.params);
+    built->light_version = handle->scene.light_version;
+    status = build_lights(handle, progress);
+    if (!status) status = ss_progress_add(progress, 1);
+    for (uint32_t i = 0; i < built->light_count; i++) built->stages[i].progress = NULL;
+    if (!status) count_bytes(built);
+    return status;
+}
+
+softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request) {
+    const double start = ss_clock();
+    ss_built *built = &handle->built;
+    ss_plan plan;
+    softshadow_status status = ss_plan_make(&plan, request, &handle->scene);
+    if (status) {
+        ss_built_free(built);
+        return status;
+    }
+    handle->totals = (ss_totals){0};
+    const bool fresh = built->ready && same_plan(&handle->requested, &plan) &&
+                       built->geometry_version == handle->scene.geometry_version &&
+                       built->light_version == handle->scene.light_version;
+    if (fresh) return SOFTSHADOW_OK;
+    free_states(built);
+    built->ready = false;
+    ss_progress *progress = NULL;
+    if (handle->options.progress) {
+        progress = ss_progress_create(&handle->options, 1);
+        if (!progress) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+    }
+    if (!status) status = build(handle, &plan, progress);
+    ss_progress_destroy(progress);
+    if (status) {
+        ss_built_free(built);
+        return status;
+    }
+    built->ready = true;
+    handle->requested = plan;
+    handle->totals.build_seconds = ss_clock() - start;
+    return SOFTSHADOW_OK;
+}

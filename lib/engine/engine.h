@@ -1,0 +1,82 @@
+/* The handle: a scene, what was built from it, and sums. The public functions check and delegate to
+ * what is declared here. */
+#ifndef SS_ENGINE_ENGINE_H
+#define SS_ENGINE_ENGINE_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "engine/plan.h"
+#include "scene/scene.h"
+#include "technique/technique.h"
+
+/* Sums since the last build. */
+typedef struct ss_totals {
+    double build_seconds, query_seconds;
+    ss_counts counts;
+    uint64_t points, points_bad;
+} ss_totals;
+
+/* Everything that a build makes; immutable until the next. */
+typedef struct ss_built {
+    bool ready;
+    uint64_t geometry_version, light_version;
+    ss_plan plan;
+    ss_world *world;
+    struct ss_bvh *bvh;
+    struct ss_rays *rays;
+    ss_light *lights;
+    ss_stage *stages; /* one a light */
+    void **states;    /* the technique's, one a light */
+    uint32_t light_count;
+    size_t bytes, peak_bytes;
+} ss_built;
+
+struct softshadow {
+    softshadow_options options;
+    unsigned fork_generation;
+    ss_pool *pool;
+    _Atomic int users; /* calls that read the handle; -1: one call changes it */
+    ss_scene scene;
+    ss_built built;
+    ss_plan requested; /* what built was made from */
+    pthread_mutex_t totals_lock;
+    ss_totals totals;
+    pthread_mutex_t scratch_lock;
+    struct ss_scratch *scratch; /* arenas of workers that rest */
+};
+
+/* Builds what the request needs and is stale. On failure nothing is built. */
+softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request);
+void ss_built_free(ss_built *built);
+
+/* Answers a checked batch. */
+softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,
+                                  float *visibility);
+/* The same with another stage, technique and state, and no effect on the sums. */
+typedef struct ss_asked {
+    const ss_technique *technique;
+    const ss_stage *stage;
+    const void *state;
+} ss_asked;
+softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
+                                const softshadow_points *points, float *visibility,
+                                ss_totals *totals);
+void ss_scratch_free(softshadow *handle);
+
+softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
+                                    softshadow_error *error);
+softshadow_status ss_engine_explain(softshadow *handle, softshadow_explanation *explanation);
+
+softshadow_status ss_engine_inspect(softshadow *handle, uint32_t mesh_id,
+                                    softshadow_mesh_report *report);
+
+/* Finds the world triangle of a primitive and what a point on it needs. E_ARGUMENT for one that is
+ * none; SOFTSHADOW_NO_PRIMITIVE changes nothing. */
+softshadow_status ss_engine_primitive(const ss_scene *scene, const ss_stage *stage,
+                                      uint64_t primitive, ss_point *point);
+/* Point i of a batch in local coordinates; false if it must be answered NaN. */
+bool ss_engine_point(const ss_stage *stage, const softshadow_points *points, size_t i,
+                     ss_point *out);
+
+#endif

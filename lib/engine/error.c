@@ -1,0 +1,148 @@
+/* How far what was built is from ray-traced truth, measured on some of the points. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/process.h"
+#include "base/status.h"
+#include "base/vec.h"
+#include "engine/engine.h"
+#include "trace/bvh.h"
+#include "trace/rays.h"
+
+#define DEFAULT_SAMPLES 4096
+#define OTHER_SEQUENCE 0x9e3779b9u /* turns the reference's samples away from the method's */
+
+/* A copy of n evenly chosen points: only what a query reads. */
+typedef struct chosen {
+    softshadow_points points;
+    char *positions;
+    float *normals;
+    uint32_t *ids;
+    uint64_t *primitives;
+    float *answer, *half[2];
+} chosen;
+
+static void free_chosen(chosen *c) {
+    ss_free(c->positions);
+    ss_free(c->normals);
+    ss_free(c->ids);
+    ss_free(c->primitives);
+    ss_free(c->answer);
+    ss_free(c->half[0]);
+    ss_free(c->half[1]);
+}
+
+static bool choose(chosen *c, const softshadow_points *from, size_t n) {
+    const size_t size = from->position_type == SOFTSHADOW_F64 ? 24 : 12;
+    *c = (chosen){.points = *from};
+    c->positions = ss_alloc(n, size);
+    c->normals = ss_alloc(n, 12);
+    c->ids = ss_alloc(n, 4);
+    c->primitives = ss_alloc(n, 8);
+    c->answer = ss_alloc(n, 4);
+    c->half[0] = ss_alloc(n, 4), c->half[1] = ss_alloc(n, 4);
+    if (!c->positions || !c->normals || !c->ids || !c->primitives || !c->answer || !c->half[0] ||
+        !c->half[1]) {
+        return false;
+    }
+    for (size_t j = 0; j < n; j++) {
+        const size_t i = (size_t)((double)j / (double)n * (double)from->count);
+        memcpy(c->positions + j * size,
+               (const char *)from->positions + i * from->position_stride, size);
+        if (from->normals) {
+            memcpy(c->normals + 3 * j, (const char *)from->normals + i * from->normal_stride, 12);
+        }
+        if (from->ids) c->ids[j] = from->ids[i];
+        if (from->primitives) c->primitives[j] = from->primitives[i];
+    }
+    c->points.positions = c->positions, c->points.position_stride = size, c->points.count = n;
+    c->points.normals = from->normals ? c->normals : NULL, c->points.normal_stride = 12;
+    c->points.ids = from->ids ? c->ids : NULL;
+    c->points.primitives = from->primitives ? c->primitives : NULL;
+    c->points.width = 0, c->points.error_bound = NULL;
+    return true;
+}
+
+/* Truth: two independent halves of rays. What the scene lacks for them is made for this call. */
+static softshadow_status trace_truth(softshadow *handle, chosen *c, uint32_t samples) {
+    const ss_technique *technique = ss_technique_find("raytrace");
+    ss_stage stage = handle->built.stages[c->points.light];
+    ss_params params = *stage.params;
+    ss_bvh *bvh = NULL;
+    ss_rays *rays = NULL;
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!technique || (stage.world->triangle_count && ss_process_forked())) {
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "the reference traces rays, which cannot be "
+                                                 "promised here (after fork)");
+    }
+    if (!stage.bvh) status = ss_bvh_build(&bvh, stage.world, handle->pool, NULL);
+    if (!status && !stage.rays && stage.world->triangle_count) {
+        status = ss_rays_create(&rays, stage.world, handle->pool);
+    }
+    if (bvh) stage.bvh = bvh;
+    if (rays) stage.rays = rays;
+    params.samples = samples / 2 + samples % 2;
+    stage.params = &params;
+    for (uint32_t h = 0; h < 2 && !status; h++) {
+        ss_totals totals = {0};
+        void *state = NULL;
+        params.seed = (stage.params->seed + 1 + h) * OTHER_SEQUENCE;
+        if (technique->build) status = technique->build(&stage, &state);
+        const ss_asked asked = {technique, &stage, state};
+        if (!status) status = ss_engine_ask(handle, &asked, &c->points, c->half[h], &totals);
+        if (state && technique->destroy) technique->destroy(state);
+    }
+    ss_rays_destroy(rays);
+    ss_bvh_destroy(bvh);
+    return status;
+}
+
+static int by_size(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static softshadow_status summarize(const chosen *c, size_t n, softshadow_error *error) {
+    double *size = ss_alloc(n, sizeof *size), squares = 0, sum = 0, halves = 0;
+    if (!size) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++) {
+        const double truth = 0.5 * ((double)c->half[0][i] + c->half[1][i]);
+        const double miss = c->answer[i] - truth, half = (double)c->half[0][i] - c->half[1][i];
+        if (isnan(miss)) continue;
+        size[count++] = fabs(miss);
+        squares += miss * miss, sum += miss, halves += half * half / 4;
+    }
+    qsort(size, count, sizeof *size, by_size);
+    error->points = count;
+    error->rms = count ? sqrt(squares / (double)count) : 0;
+    error->mean = count ? sum / (double)count : 0;
+    error->reference_error = count ? sqrt(halves / (double)count) : 0;
+    error->max = count ? size[count - 1] : 0;
+    error->p99 = count ? size[(size_t)(0.99 * (double)(count - 1))] : 0;
+    ss_free(size);
+    return SOFTSHADOW_OK;
+}
+
+softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
+                                    softshadow_error *error) {
+    const ss_built *built = &handle->built;
+    size_t n = points->count;
+    if (error->max_points && error->max_points < n) n = (size_t)error->max_points;
+    chosen c;
+    softshadow_status status = SOFTSHADOW_OK;
+    ss_totals totals = {0};
+    const ss_asked asked = {built->plan.technique, &built->stages[points->light],
+                            built->states[points->light]};
+    if (!choose(&c, points, n)) {
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
+    }
+    if (!status) status = ss_engine_ask(handle, &asked, &c.points, c.answer, &totals);
+    if (!status) {
+        status = trace_truth(handle, &c, error->samples ? error->samples : DEFAULT_SAMPLES);
+    }
+    if (!status) status = summarize(&c, n, error);
+    free_chosen(&c);
+    return status;
+}

@@ -1,0 +1,146 @@
+#include "engine/plan.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "base/process.h"
+#include "base/status.h"
+#include "base/vec.h"
+
+#define MOST_SAMPLES (1u << 24)
+#define MOST_RESOLUTION 16384u
+#define MOST_LAYERS 64u
+#define MOST_TAPS 64u
+
+static softshadow_status check_range(const char *field, uint32_t value, uint32_t most) {
+    if (value <= most) return SOFTSHADOW_OK;
+    return ss_fail(SOFTSHADOW_E_ARGUMENT, "build.%s: %u, must be 0..%u", field, value, most);
+}
+
+static softshadow_status check_number(const char *field, double value, double most) {
+    if (value >= 0 && value <= most) return SOFTSHADOW_OK;
+    return ss_fail(SOFTSHADOW_E_ARGUMENT, "build.%s: %g, must be 0..%g", field, value, most);
+}
+
+static softshadow_status check_bounds(const double *bounds) {
+    for (int k = 0; k < 3 && bounds; k++) {
+        if (bounds[k] <= bounds[3 + k] && isfinite(bounds[k]) && isfinite(bounds[3 + k])) continue;
+        return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                       "build.bounds: %g..%g along axis %d, must be finite, lowest first", bounds[k],
+                       bounds[3 + k], k);
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status check_request(const softshadow_build *request) {
+    const struct {
+        const char *field;
+        uint32_t value, most;
+    } whole[] = {{"backend", request->backend, SOFTSHADOW_ANY},
+                 {"samples", request->samples, MOST_SAMPLES},
+                 {"resolution", request->resolution, MOST_RESOLUTION},
+                 {"layers", request->layers, MOST_LAYERS},
+                 {"falloff", request->falloff, SOFTSHADOW_FALLOFF_PROFILE},
+                 {"weighting", request->weighting, SOFTSHADOW_IRRADIANCE},
+                 {"mask_taps", request->mask_taps, MOST_TAPS}};
+    for (size_t i = 0; i < sizeof whole / sizeof *whole; i++) {
+        const softshadow_status status =
+            check_range(whole[i].field, whole[i].value, whole[i].most);
+        if (status) return status;
+    }
+    softshadow_status status = check_number("tolerance", request->tolerance, 1);
+    if (!status) status = check_number("depth_bias", request->depth_bias, SS_COORDINATE_LIMIT);
+    if (!status) status = check_number("smoothie_width", request->smoothie_width, 1e6);
+    return status ? status : check_bounds(request->bounds);
+}
+
+/* Until another engine is faster, "auto" is "raytrace" with as many samples as the tolerance needs. */
+static const char *resolve_auto(void) { return "raytrace"; }
+
+static softshadow_status find_technique(const char *name, const ss_technique **out) {
+    char names[SS_MESSAGE_SIZE] = "auto";
+    *out = ss_technique_find(strcmp(name, "auto") == 0 ? resolve_auto() : name);
+    if (*out) return SOFTSHADOW_OK;
+    for (uint32_t i = 0; i < ss_technique_count; i++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, ", %s", ss_techniques[i]->name);
+    }
+    return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "build.method: \"%.40s\", this library has %s", name,
+                   names);
+}
+
+static softshadow_status check_lights(const ss_technique *technique, const ss_scene *scene) {
+    static const char *const type[] = {"SPHERE", "DISK", "RECT", "SUN"};
+    for (uint32_t i = 0; i < scene->light_count; i++) {
+        const uint32_t bit = 1u << scene->lights[i].type;
+        if ((technique->lights_native | technique->lights_approximated) & bit) continue;
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "build.method: \"%s\" cannot do light %u, a %s",
+                       technique->name, i, type[scene->lights[i].type]);
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status choose_backend(ss_plan *plan, uint32_t backend) {
+    plan->backend = "cpu";
+    plan->fell_back = backend == SOFTSHADOW_ANY;
+    if (backend != SOFTSHADOW_EGL) return SOFTSHADOW_OK;
+    return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
+                   "build.backend: SOFTSHADOW_EGL, method \"%s\" runs on SOFTSHADOW_CPU only",
+                   plan->technique->name);
+}
+
+static uint32_t or_default(uint32_t value, uint32_t otherwise) { return value ? value : otherwise; }
+
+static void fill_params(ss_params *params, const softshadow_build *request) {
+    *params = (ss_params){
+        .samples = request->samples,
+        .resolution = or_default(request->resolution, 1024),
+        .layers = or_default(request->layers, 3),
+        .max_samples = request->max_samples,
+        .falloff = request->falloff,
+        .weighting = request->weighting,
+        .mask_taps = or_default(request->mask_taps, 8),
+        .blur = request->blur,
+        .seed = request->seed,
+        .tolerance = request->tolerance > 0 ? request->tolerance : 1.0 / 256,
+        .depth_bias = request->depth_bias,
+        .smoothie_width = request->smoothie_width,
+        .bounded = request->bounds != NULL,
+    };
+    if (request->bounds) memcpy(params->bounds, request->bounds, sizeof params->bounds);
+}
+
+static bool casts_anything(const ss_scene *scene) {
+    for (uint32_t i = 0; i < scene->mesh_count; i++) {
+        const ss_mesh *mesh = &scene->meshes[i];
+        if (mesh->used && (mesh->flags & SOFTSHADOW_CASTS) && mesh->triangle_count) return true;
+    }
+    return false;
+}
+
+softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
+                               const ss_scene *scene) {
+    *plan = (ss_plan){0};
+    if (scene->light_count == 0) {
+        return ss_fail(SOFTSHADOW_E_STATE, "there is no light: call softshadow_set_light() first");
+    }
+    softshadow_status status = check_request(request);
+    if (!status) status = find_technique(request->method ? request->method : "auto", &plan->technique);
+    if (!status) status = check_lights(plan->technique, scene);
+    if (!status) status = choose_backend(plan, request->backend);
+    if (status) return status;
+    const uint32_t weighting = request->weighting;
+    if (!(plan->technique->weightings >> weighting & 1)) {
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "build.weighting: %u, method \"%s\" cannot do it",
+                       weighting, plan->technique->name);
+    }
+    fill_params(&plan->params, request);
+    plan->needs = plan->technique->needs;
+    if (!casts_anything(scene)) plan->needs &= ~(uint32_t)SS_NEEDS_RAYS; /* nothing to hit */
+    if ((plan->needs & SS_NEEDS_RAYS) && ss_process_forked()) {
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
+                       "build.method: \"%s\" traces rays, which cannot be promised after fork()",
+                       plan->technique->name);
+    }
+    return SOFTSHADOW_OK;
+}

@@ -1,0 +1,271 @@
+/* The loop over a batch: read and check points, put them in an order that keeps neighbours together,
+ * hand ranges of them to the technique on all threads, scatter the answers. */
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/status.h"
+#include "base/vec.h"
+#include "engine/engine.h"
+#include "engine/order.h"
+
+#define BLOCK ((size_t)1 << 18) /* points in flight: bounds the memory of a query of any size */
+#define RANGE 512               /* points handed to a worker at once */
+
+/* An arena that a worker uses for one range at a time. */
+typedef struct ss_scratch {
+    ss_arena arena;
+    struct ss_scratch *next;
+} ss_scratch;
+
+static ss_scratch *take_scratch(softshadow *handle) {
+    pthread_mutex_lock(&handle->scratch_lock);
+    ss_scratch *scratch = handle->scratch;
+    if (scratch) handle->scratch = scratch->next;
+    pthread_mutex_unlock(&handle->scratch_lock);
+    return scratch ? scratch : ss_alloc(1, sizeof *scratch);
+}
+
+static void give_scratch(softshadow *handle, ss_scratch *scratch) {
+    ss_arena_reset(&scratch->arena);
+    pthread_mutex_lock(&handle->scratch_lock);
+    scratch->next = handle->scratch;
+    handle->scratch = scratch;
+    pthread_mutex_unlock(&handle->scratch_lock);
+}
+
+void ss_scratch_free(softshadow *handle) {
+    while (handle->scratch) {
+        ss_scratch *scratch = handle->scratch;
+        handle->scratch = scratch->next;
+        ss_arena_free(&scratch->arena);
+        ss_free(scratch);
+    }
+}
+
+/* ---- one point ------------------------------------------------------------------------------ */
+
+static void read_position(const softshadow_points *points, size_t i, double host[3]) {
+    const char *at = (const char *)points->positions + i * points->position_stride;
+    if (points->position_type == SOFTSHADOW_F64) {
+        memcpy(host, at, 3 * sizeof(double));
+    } else {
+        float f[3];
+        memcpy(f, at, sizeof f);
+        for (int k = 0; k < 3; k++) host[k] = f[k];
+    }
+}
+
+/* false: the normal is not finite */
+static bool read_normal(const softshadow_points *points, size_t i, float out[3]) {
+    out[0] = out[1] = out[2] = 0;
+    if (!points->normals) return true;
+    float f[3];
+    memcpy(f, (const char *)points->normals + i * points->normal_stride, sizeof f);
+    double n[3] = {f[0], f[1], f[2]};
+    if (!ss_finite3(n)) return false;
+    if (ss_normalize(n)) {
+        for (int k = 0; k < 3; k++) out[k] = (float)n[k];
+    }
+    return true;
+}
+
+/* Onto the plane of a triangle that only receives; those that cast are trace/contact.h's. */
+static void project(double p[3], double corner[3][3]) {
+    double e[3], f[3], n[3], d[3];
+    ss_sub(corner[1], corner[0], e);
+    ss_sub(corner[2], corner[0], f);
+    ss_cross(e, f, n);
+    ss_sub(p, corner[0], d);
+    if (ss_normalize(n)) ss_add_scaled(p, -ss_dot(n, d), n, p);
+}
+
+bool ss_engine_point(const ss_stage *stage, const softshadow_points *points, size_t i,
+                     ss_point *out) {
+    const ss_world *world = stage->world;
+    double host[3];
+    read_position(points, i, host);
+    for (int k = 0; k < 3; k++) {
+        if (!(fabs(host[k]) <= SS_COORDINATE_LIMIT)) return false;
+    }
+    ss_world_local(world, host, out->p);
+    const double *bounds = stage->params->bounds;
+    for (int k = 0; k < 3 && stage->params->bounded; k++) {
+        if (out->p[k] < bounds[k] || out->p[k] > bounds[3 + k]) return false;
+    }
+    out->ulp = points->position_type == SOFTSHADOW_F64 ? 0x1p-52f : 0x1p-23f;
+    out->triangle = SS_NO_TRIANGLE;
+    out->place = (uint32_t)i;
+    return read_normal(points, i, out->normal);
+}
+
+softshadow_status ss_engine_primitive(const ss_scene *scene, const ss_stage *stage,
+                                      uint64_t primitive, ss_point *point) {
+    if (primitive == SOFTSHADOW_NO_PRIMITIVE) return SOFTSHADOW_OK;
+    const uint32_t id = (uint32_t)(primitive >> 32), triangle = (uint32_t)primitive;
+    if (id >= scene->mesh_count || !scene->meshes[id].used ||
+        triangle >= scene->meshes[id].triangle_count) {
+        return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                       "primitive: mesh %u triangle %u, must be in the scene or "
+                       "SOFTSHADOW_NO_PRIMITIVE",
+                       id, triangle);
+    }
+    point->ulp = 0;
+    point->triangle = ss_world_find(stage->world, primitive);
+    if (point->triangle != SS_NO_TRIANGLE) return SOFTSHADOW_OK;
+    double corner[3][3];
+    for (int v = 0; v < 3; v++) {
+        double host[3];
+        const ss_mesh *mesh = &scene->meshes[id];
+        ss_mesh_vertex(mesh, mesh->indices[3 * (size_t)triangle + v], host);
+        ss_world_local(stage->world, host, corner[v]);
+    }
+    project(point->p, corner);
+    return SOFTSHADOW_OK;
+}
+
+/* ---- the batch ------------------------------------------------------------------------------ */
+
+/* A query in flight; i counts from the block's first point. */
+typedef struct batch {
+    softshadow *handle;
+    const ss_asked *asked;
+    const softshadow_points *points;
+    float *visibility;
+    size_t first, count;  /* the block */
+    ss_point *prepared;   /* as they come; NaN-answered ones are left out of order */
+    ss_order order;
+    ss_progress *progress;
+    pthread_mutex_t lock; /* guards totals */
+    ss_totals *totals;
+} batch;
+
+static softshadow_status prepare(void *ctx, uint64_t begin, uint64_t end) {
+    batch *b = ctx;
+    uint64_t bad = 0;
+    for (uint64_t j = begin; j < end; j++) {
+        const size_t i = b->first + j;
+        ss_point *point = &b->prepared[j];
+        if (ss_engine_point(b->asked->stage, b->points, i, point)) {
+            point->place = (uint32_t)j;
+            if (!b->points->primitives) continue;
+            const softshadow_status status = ss_engine_primitive(
+                &b->handle->scene, b->asked->stage, b->points->primitives[i], point);
+            if (status) return ss_fail(status, "points[%zu]: %s", i, ss_message());
+            continue;
+        }
+        point->place = SS_ORDER_NOT;
+        b->visibility[i] = NAN;
+        if (b->points->error_bound) b->points->error_bound[i] = NAN;
+        bad++;
+    }
+    pthread_mutex_lock(&b->lock);
+    b->totals->points_bad += bad;
+    pthread_mutex_unlock(&b->lock);
+    return SOFTSHADOW_OK;
+}
+
+static void add_counts(batch *b, const ss_counts *counts) {
+    pthread_mutex_lock(&b->lock);
+    ss_counts *sum = &b->totals->counts;
+    sum->lit += counts->lit, sum->umbra += counts->umbra, sum->penumbra += counts->penumbra;
+    sum->traced += counts->traced, sum->settled += counts->settled, sum->rays += counts->rays;
+    pthread_mutex_unlock(&b->lock);
+}
+
+/* Answers points begin..end of the order, in this worker's scratch. */
+static softshadow_status answer(batch *b, size_t begin, size_t end, ss_arena *arena) {
+    const size_t n = end - begin;
+    ss_point *points = ss_arena_alloc(arena, n, sizeof *points);
+    float *visibility = ss_arena_alloc(arena, 2 * n, sizeof *visibility);
+    if (!points || !visibility) {
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
+    }
+    float *bound = b->points->error_bound ? visibility + n : NULL;
+    for (size_t j = 0; j < n; j++) points[j] = b->prepared[b->order.item[begin + j].place];
+    ss_counts counts = {0};
+    const ss_asked *asked = b->asked;
+    const softshadow_status status = asked->technique->query(
+        asked->stage, asked->state, points, n, visibility, bound, arena, &counts);
+    if (status) return status;
+    for (size_t j = 0; j < n; j++) {
+        const size_t i = b->first + points[j].place;
+        b->visibility[i] = visibility[j];
+        if (bound) b->points->error_bound[i] = bound[j];
+    }
+    add_counts(b, &counts);
+    return ss_progress_add(b->progress, n);
+}
+
+static softshadow_status answer_range(void *ctx, uint64_t begin, uint64_t end) {
+    batch *b = ctx;
+    ss_scratch *scratch = take_scratch(b->handle);
+    if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
+    const softshadow_status status = answer(b, begin, end, &scratch->arena);
+    give_scratch(b->handle, scratch);
+    return status;
+}
+
+static softshadow_status answer_block(batch *b, ss_arena *arena) {
+    b->prepared = ss_arena_alloc(arena, b->count, sizeof *b->prepared);
+    if (!b->prepared || !ss_order_reserve(&b->order, b->count, arena)) {
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
+    }
+    ss_pool *pool = b->handle->pool;
+    softshadow_status status = ss_parallel_for(pool, b->count, 4096, prepare, b);
+    if (status) return status;
+    const uint32_t group = b->asked->technique->group;
+    if (group) ss_order_morton(&b->order, b->prepared, b->count);
+    else ss_order_given(&b->order, b->prepared, b->count);
+    return ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
+}
+
+softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
+                                const softshadow_points *points, float *visibility,
+                                ss_totals *totals) {
+    batch b = {.handle = handle, .asked = asked, .points = points, .visibility = visibility,
+               .totals = totals};
+    softshadow_status status = SOFTSHADOW_OK;
+    ss_scratch *scratch = take_scratch(handle);
+    if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
+    if (handle->options.progress) {
+        b.progress = ss_progress_create(&handle->options, points->count);
+        if (!b.progress) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+    }
+    pthread_mutex_init(&b.lock, NULL);
+    while (!status && b.first < points->count) {
+        b.count = points->count - b.first < BLOCK ? points->count - b.first : BLOCK;
+        ss_arena_reset(&scratch->arena);
+        status = answer_block(&b, &scratch->arena);
+        b.first += b.count;
+    }
+    pthread_mutex_destroy(&b.lock);
+    ss_progress_destroy(b.progress);
+    give_scratch(handle, scratch);
+    totals->points += points->count;
+    return status;
+}
+
+static void add_totals(softshadow *handle, const ss_totals *totals) {
+    pthread_mutex_lock(&handle->totals_lock);
+    ss_totals *sum = &handle->totals;
+    const ss_counts *counts = &totals->counts;
+    sum->query_seconds += totals->query_seconds;
+    sum->points += totals->points, sum->points_bad += totals->points_bad;
+    sum->counts.lit += counts->lit, sum->counts.umbra += counts->umbra;
+    sum->counts.penumbra += counts->penumbra, sum->counts.traced += counts->traced;
+    sum->counts.settled += counts->settled, sum->counts.rays += counts->rays;
+    pthread_mutex_unlock(&handle->totals_lock);
+}
+
+softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,
+                                  float *visibility) {
+    const double start = ss_clock();
+    const ss_built *built = &handle->built;
+    const ss_asked asked = {built->plan.technique, &built->stages[points->light],
+                            built->states[points->light]};
+    ss_totals totals = {0};
+    const softshadow_status status = ss_engine_ask(handle, &asked, points, visibility, &totals);
+    totals.query_seconds = ss_clock() - start;
+    if (!status) add_totals(handle, &totals);
+    return status;
+}
