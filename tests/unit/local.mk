@@ -18,3 +18,10 @@ tests_unit_predicate_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_topology_SOURCES = %D%/topology.c %D%/shapes.h
 tests_unit_topology_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
+
+if HAVE_CMOCKA
+check_PROGRAMS += tests/unit/test_bvh
+TESTS += tests/unit/test_bvh
+tests_unit_test_bvh_SOURCES = %D%/test_bvh.c %D%/shapes.h
+tests_unit_test_bvh_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+endif

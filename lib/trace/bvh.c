@@ -1,0 +1,163 @@
+/* Walking the wide BVH for the faces near a point, and to tell that a shaft is empty. */
+#include "trace/bvh.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "trace/bvh_node.h"
+#include "trace/shaft.h"
+
+void ss_bvh_destroy(ss_bvh *bvh) {
+    if (!bvh) return;
+    ss_free(bvh->nodes);
+    ss_free(bvh->leaves);
+    ss_free(bvh->order);
+    ss_free(bvh);
+}
+
+size_t ss_bvh_bytes(const ss_bvh *bvh) {
+    return bvh->node_count * sizeof *bvh->nodes + bvh->leaf_count * sizeof *bvh->leaves +
+           bvh->world->triangle_count * sizeof *bvh->order;
+}
+
+/* ---- near faces --------------------------------------------------------------------------------*/
+
+static uint32_t children_near(const ss_bvh_node *node, const double p[3], double radius) {
+    uint32_t mask = (1u << node->count) - 1;
+    for (int k = 0; k < 3; k++) {
+        /* A float outwards, so that no rounding here drops what triangle_near() would keep. */
+        const float below = nextafterf((float)(p[k] - radius), -INFINITY);
+        const float above = nextafterf((float)(p[k] + radius), INFINITY);
+        uint32_t touched = 0;
+        for (int i = 0; i < SS_BVH_WIDTH; i++) {
+            touched |= (uint32_t)(node->low[k][i] <= above && node->high[k][i] >= below) << i;
+        }
+        mask &= touched;
+    }
+    return mask;
+}
+
+static bool triangle_near(const ss_bvh_leaf *leaf, uint32_t slot, const double p[3], double radius) {
+    for (int k = 0; k < 3; k++) {
+        const float a = leaf->corner[0][k][slot], b = leaf->corner[1][k][slot],
+                    c = leaf->corner[2][k][slot];
+        const double low = fminf(a, fminf(b, c)), high = fmaxf(a, fmaxf(b, c));
+        if (low - p[k] > radius || p[k] - high > radius) return false;
+    }
+    return true;
+}
+
+static int ascending(const void *a, const void *b) {
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Keeps the `room` smallest: the list is cut, never chosen by the order of the walk. */
+static void keep(uint32_t *triangles, size_t room, size_t *stored, uint32_t triangle) {
+    if (*stored < room) {
+        triangles[(*stored)++] = triangle;
+        return;
+    }
+    size_t most = 0;
+    for (size_t i = 1; i < room; i++) {
+        if (triangles[i] > triangles[most]) most = i;
+    }
+    if (room && triangle < triangles[most]) triangles[most] = triangle;
+}
+
+size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
+                   size_t room) {
+    uint32_t stack[SS_BVH_STACK];
+    size_t depth = 0, found = 0, stored = 0;
+    stack[depth++] = 0;
+    while (depth) {
+        const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
+        for (uint32_t m = children_near(node, p, radius); m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (!(child & SS_BVH_LEAF)) {
+                stack[depth++] = child;
+                continue;
+            }
+            const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
+            for (uint32_t s = 0; s < leaf->count; s++) {
+                if (!triangle_near(leaf, s, p, radius)) continue;
+                found++;
+                keep(triangles, room, &stored, leaf->triangle[s]);
+            }
+        }
+    }
+    qsort(triangles, stored, sizeof *triangles, ascending);
+    return found;
+}
+
+/* ---- empty shafts ------------------------------------------------------------------------------*/
+
+static uint32_t children_inside(const ss_bvh_node *node, const ss_shaft *shaft) {
+    uint32_t mask = (1u << node->count) - 1;
+    for (int k = 0; k < 3; k++) {
+        uint32_t touched = 0;
+        for (int i = 0; i < SS_BVH_WIDTH; i++) {
+            touched |= (uint32_t)(node->low[k][i] <= shaft->high[k] &&
+                                  node->high[k][i] >= shaft->low[k])
+                       << i;
+        }
+        mask &= touched;
+    }
+    for (unsigned p = 0; p < shaft->planes && mask; p++) {
+        const float *n = shaft->normal[p];
+        const float *x = n[0] > 0 ? node->low[0] : node->high[0],
+                    *y = n[1] > 0 ? node->low[1] : node->high[1],
+                    *z = n[2] > 0 ? node->low[2] : node->high[2];
+        uint32_t outside = 0;
+        for (int i = 0; i < SS_BVH_WIDTH; i++) {
+            outside |= (uint32_t)(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] > shaft->limit[p]) << i;
+        }
+        mask &= ~outside;
+    }
+    return mask;
+}
+
+static bool triangle_outside(const ss_bvh_leaf *leaf, uint32_t slot, const ss_shaft *shaft) {
+    for (int k = 0; k < 3; k++) {
+        const float a = leaf->corner[0][k][slot], b = leaf->corner[1][k][slot],
+                    c = leaf->corner[2][k][slot];
+        if (fminf(a, fminf(b, c)) > shaft->high[k] || fmaxf(a, fmaxf(b, c)) < shaft->low[k]) {
+            return true;
+        }
+    }
+    for (unsigned p = 0; p < shaft->planes; p++) {
+        bool all = true;
+        for (int c = 0; c < 3; c++) {
+            const float height = shaft->normal[p][0] * leaf->corner[c][0][slot] +
+                                 shaft->normal[p][1] * leaf->corner[c][1][slot] +
+                                 shaft->normal[p][2] * leaf->corner[c][2][slot];
+            all = all && height > shaft->limit[p];
+        }
+        if (all) return true;
+    }
+    return false;
+}
+
+bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double low[3],
+                        const double high[3]) {
+    ss_shaft shaft;
+    ss_shaft_make(&shaft, light, bvh->world->extent, low, high);
+    uint32_t stack[SS_BVH_STACK];
+    size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth) {
+        const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
+        for (uint32_t m = children_inside(node, &shaft); m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (!(child & SS_BVH_LEAF)) {
+                stack[depth++] = child;
+                continue;
+            }
+            const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
+            for (uint32_t s = 0; s < leaf->count; s++) {
+                if (!triangle_outside(leaf, s, &shaft)) return false;
+            }
+        }
+    }
+    return true;
+}
