@@ -17,3 +17,4 @@ libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
 libcli_la_LIBADD =
 
 include %D%/image/local.mk
+include %D%/mesh/local.mk
