@@ -16,5 +16,16 @@ libcli_la_CXXFLAGS = $(AM_CXXFLAGS) -fno-exceptions -fno-rtti
 libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
 libcli_la_LIBADD =
 
+
+EXTRA_PROGRAMS = softshadow
+softshadow_SOURCES = \
+  %D%/main.c %D%/commands.h \
+  %D%/methods.c \
+  %D%/scene.c %D%/scene.h
+# Only the public header: what the library hides stays hidden from its own command line.
+softshadow_LDADD = libcli.la libsoftshadow.la -lm -lpthread
+
 include %D%/image/local.mk
 include %D%/mesh/local.mk
+include %D%/points/local.mk
+include %D%/query/local.mk

@@ -113,6 +113,29 @@ bool cli_output_open(cli_output *output, const char *path, cli_error *error) {
     return true;
 }
 
+bool cli_output_open_part(cli_output *output, const char *path, uint64_t size, uint64_t offset,
+                          cli_error *error) {
+    struct stat about;
+    *output = (cli_output){.fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666)};
+    cli_show_path(path, output->name);
+    output->buffer = malloc(ROOM);
+    bool fine = output->fd >= 0 && output->buffer && fstat(output->fd, &about) == 0;
+    if (fine && !S_ISREG(about.st_mode))
+        cli_fail(error, CLI_USAGE, "%s: a part is written into a regular file only", output->name);
+    else if (fine && about.st_size != 0 && (uint64_t) about.st_size != size)
+        cli_fail(error, CLI_FAILED,
+                 "%s: has %llu bytes, a part of %llu bytes was to be written: remove it first",
+                 output->name, (unsigned long long) about.st_size, (unsigned long long) size);
+    /* Of several that begin at once each sets the same size. */
+    else if (fine && ftruncate(output->fd, (off_t) size) == 0 &&
+             lseek(output->fd, (off_t) offset, SEEK_SET) >= 0)
+        return true;
+    else
+        problem(output, error);
+    cli_output_abandon(output);
+    return false;
+}
+
 static bool write_all(cli_output *output, const char *data, size_t bytes, cli_error *error) {
     while (bytes) {
         ssize_t put = write(output->fd, data, bytes);

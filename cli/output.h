@@ -26,6 +26,10 @@ typedef struct cli_output {
 void cli_output_prepare(void);
 
 bool cli_output_open(cli_output *output, const char *path, cli_error *error);
+/* A part of a file that others write parts of, or that an earlier run began: bytes from offset on of
+ * a file of size bytes, made if it is not there. It is written in place; nothing is ever removed. */
+bool cli_output_open_part(cli_output *output, const char *path, uint64_t size, uint64_t offset,
+                          cli_error *error);
 bool cli_output_write(cli_output *output, const void *data, size_t bytes, cli_error *error);
 /* Hands everything written so far to the system. */
 bool cli_output_flush(cli_output *output, cli_error *error);
