@@ -7,6 +7,7 @@ libsoftshadow_core_la_LIBADD =
 include %D%/base/local.mk
 include %D%/scene/local.mk
 include %D%/topology/local.mk
+include %D%/silhouette/local.mk
 include %D%/trace/local.mk
 include %D%/coverage/local.mk
 include %D%/technique/local.mk

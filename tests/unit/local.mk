@@ -25,3 +25,10 @@ TESTS += tests/unit/test_bvh
 tests_unit_test_bvh_SOURCES = %D%/test_bvh.c %D%/shapes.h
 tests_unit_test_bvh_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
+
+if HAVE_CMOCKA
+check_PROGRAMS += tests/unit/silhouette
+TESTS += tests/unit/silhouette
+tests_unit_silhouette_SOURCES = %D%/silhouette.c %D%/shapes.h
+tests_unit_silhouette_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+endif
