@@ -5,6 +5,8 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "engine/engine.h"
+#include "silhouette/silhouette.h"
+#include "topology/topology.h"
 #include "trace/bvh.h"
 #include "trace/rays.h"
 
@@ -23,14 +25,32 @@ static void free_states(ss_built *built) {
 static void free_geometry(ss_built *built) {
     ss_rays_destroy(built->rays);
     ss_bvh_destroy(built->bvh);
+    ss_silhouette_tree_destroy(built->silhouettes);
+    ss_topology_destroy(built->topology);
     ss_world_destroy(built->world);
     built->rays = NULL, built->bvh = NULL, built->world = NULL;
+    built->silhouettes = NULL, built->topology = NULL;
 }
 
 void ss_built_free(ss_built *built) {
     free_states(built);
     free_geometry(built);
     *built = (ss_built){0};
+}
+
+#define NEEDS_TOPOLOGY (SS_NEEDS_EDGES | SS_NEEDS_COMPONENTS | SS_NEEDS_SILHOUETTES)
+
+static softshadow_status build_connectivity(softshadow *handle, uint32_t needs) {
+    ss_built *built = &handle->built;
+    softshadow_status status = SOFTSHADOW_OK;
+    if ((needs & NEEDS_TOPOLOGY) && !built->topology) {
+        status = ss_topology_build(&built->topology, built->world, handle->pool);
+    }
+    if (!status && (needs & SS_NEEDS_SILHOUETTES) && !built->silhouettes) {
+        status = ss_silhouette_tree_build(&built->silhouettes, built->world, built->topology,
+                                          handle->pool);
+    }
+    return status;
 }
 
 /* What depends on the meshes only: kept while they stay as they were. */
@@ -49,7 +69,7 @@ static softshadow_status build_geometry(softshadow *handle, uint32_t needs,
     if (!status && (needs & SS_NEEDS_RAYS) && !built->rays) {
         status = ss_rays_create(&built->rays, built->world, handle->pool);
     }
-    return status;
+    return status ? status : build_connectivity(handle, needs);
 }
 
 static void localize_bounds(const ss_world *world, ss_params *params) {
@@ -80,7 +100,9 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
                                       .pool = handle->pool,
                                       .progress = progress,
                                       .bvh = built->bvh,
-                                      .rays = built->rays};
+                                      .rays = built->rays,
+                                      .topology = built->topology,
+                                      .silhouettes = built->silhouettes};
         if (!built->plan.technique->build) continue;
         const softshadow_status status =
             built->plan.technique->build(&built->stages[i], &built->states[i]);
@@ -94,6 +116,8 @@ static void count_bytes(ss_built *built) {
     size_t bytes = world->vertex_count * 12 + world->triangle_count * 12;
     if (built->bvh) bytes += ss_bvh_bytes(built->bvh);
     if (built->rays) bytes += ss_rays_bytes(built->rays);
+    if (built->topology) bytes += ss_topology_bytes(built->topology);
+    if (built->silhouettes) bytes += ss_silhouette_tree_bytes(built->silhouettes);
     for (uint32_t i = 0; i < built->light_count && built->plan.technique->bytes; i++) {
         if (built->states[i]) bytes += built->plan.technique->bytes(built->states[i]);
     }

@@ -25,6 +25,8 @@ typedef struct ss_built {
     ss_world *world;
     struct ss_bvh *bvh;
     struct ss_rays *rays;
+    struct ss_topology *topology;
+    struct ss_silhouette_tree *silhouettes;
     ss_light *lights;
     ss_stage *stages; /* one a light */
     void **states;    /* the technique's, one a light */
