@@ -11,3 +11,4 @@ libcli_la_SOURCES += \
   %D%/readers.h \
   %D%/source.c %D%/source.h \
   %D%/stl.c
+libcli_la_LIBADD += -lm

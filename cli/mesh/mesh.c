@@ -22,9 +22,9 @@ static format format_of_name(const char *path) {
 
 /* Is the first word, past blank lines and comments of OFF, a header like COFF? */
 static bool begins_off(const cli_source *source) {
-    cli_text text = {source, NULL, source->data, false};
-    if (!cli_text_next_record(&text)) return false;
-    const char *end = cli_text_word_end(&text);
+    cli_scan text = {source, NULL, source->data, false};
+    if (!cli_scan_next_record(&text)) return false;
+    const char *end = cli_scan_word_end(&text);
     return end - text.at >= 3 && end - text.at <= 9 && memcmp(end - 3, "OFF", 3) == 0;
 }
 

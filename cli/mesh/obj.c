@@ -17,27 +17,27 @@
 
 typedef struct obj {
     cli_builder *builder;
-    cli_text text;
+    cli_scan text;
     bool uvs;
     uint64_t vertices, coordinates, normals;         /* so far */
     cli_reference vertex, coordinate, normal;        /* the highest that faces named */
 } obj;
 
 static bool expect_line_over(obj *o, const char *allowed) {
-    if (cli_text_line_over(&o->text)) return true;
-    return cli_text_fail_word(&o->text, allowed);
+    if (cli_scan_line_over(&o->text)) return true;
+    return cli_scan_fail_word(&o->text, allowed);
 }
 
 static bool read_v(obj *o) {
     double position[3], other;
     static const char *const names[] = {"x", "y", "z"};
     for (int k = 0; k < 3; k++)
-        if (!cli_text_coordinate(&o->text, names[k], &position[k])) return false;
+        if (!cli_scan_coordinate(&o->text, names[k], &position[k])) return false;
     int more = 0; /* w; or red green blue, and alpha */
-    for (; more < 4 && !cli_text_line_over(&o->text); more++)
-        if (!cli_text_double(&o->text, "a weight or colour", &other)) return false;
+    for (; more < 4 && !cli_scan_line_over(&o->text); more++)
+        if (!cli_scan_double(&o->text, "a weight or colour", &other)) return false;
     if (more == 2)
-        return cli_text_fail_word(&o->text, "v has 5 numbers; x y z, x y z w, or x y z and a "
+        return cli_scan_fail_word(&o->text, "v has 5 numbers; x y z, x y z w, or x y z and a "
                                             "colour of 3 or 4 are allowed");
     o->vertices++;
     return expect_line_over(o, "is one too many; v has x y z and at most 4 more numbers") &&
@@ -48,9 +48,9 @@ static bool read_vt(obj *o) {
     o->coordinates++;
     if (!o->uvs) return true;
     float uv[2] = {0, 0}, third;
-    if (!cli_text_float(&o->text, "u", &uv[0])) return false;
-    if (!cli_text_line_over(&o->text) && !cli_text_float(&o->text, "v", &uv[1])) return false;
-    if (!cli_text_line_over(&o->text) && !cli_text_float(&o->text, "w", &third)) return false;
+    if (!cli_scan_float(&o->text, "u", &uv[0])) return false;
+    if (!cli_scan_line_over(&o->text) && !cli_scan_float(&o->text, "v", &uv[1])) return false;
+    if (!cli_scan_line_over(&o->text) && !cli_scan_float(&o->text, "w", &third)) return false;
     return expect_line_over(o, "is one too many; vt has u and at most 2 more numbers") &&
            cli_builder_uv(o->builder, uv);
 }
@@ -75,7 +75,7 @@ static bool read_index(obj *o, const char **at, const char *of, uint64_t so_far,
         snprintf(problem, sizeof problem, "is no index of a %s; from 1, or -%" PRIu64 " to -1 here",
                  of, so_far);
         o->text.at = begin;
-        return cli_text_fail_word(&o->text, problem);
+        return cli_scan_fail_word(&o->text, problem);
     }
     if (*number > so_far) cli_reference_note(reference, *number, begin);
     return true;
@@ -101,7 +101,7 @@ static bool read_corner(obj *o, uint64_t *vertex, uint64_t *uv) {
         o->text.at = at;
         return true;
     }
-    return cli_text_fail_word(&o->text, "is no corner; v, v/vt, v//vn or v/vt/vn is allowed");
+    return cli_scan_fail_word(&o->text, "is no corner; v, v/vt, v//vn or v/vt/vn is allowed");
 }
 
 /* Opacity needs a place in the texture at every corner, or nowhere: half of it would be a guess. */
@@ -117,11 +117,11 @@ static bool read_f(obj *o) {
     cli_builder *builder = o->builder;
     const char *face = o->text.at;
     uint32_t corners = 0;
-    for (; !cli_text_line_over(&o->text); corners++) {
+    for (; !cli_scan_line_over(&o->text); corners++) {
         uint64_t vertex, uv;
         const char *at = o->text.at;
         if (corners == CLI_POLYGON_CORNERS)
-            return cli_text_fail_word(&o->text, "is a corner too many; 3 to 65536 are allowed");
+            return cli_scan_fail_word(&o->text, "is a corner too many; 3 to 65536 are allowed");
         if (corners >= builder->face_room && !cli_builder_face_room(builder, corners + 1))
             return false;
         if (!read_corner(o, &vertex, &uv)) return false;
@@ -156,7 +156,7 @@ static const struct keyword {
 };
 
 static bool read_line(obj *o) {
-    const char *end = cli_text_word_end(&o->text);
+    const char *end = cli_scan_word_end(&o->text);
     size_t length = (size_t) (end - o->text.at);
     for (size_t i = 0; i < sizeof keywords / sizeof *keywords; i++) {
         const char *word = keywords[i].word;
@@ -164,7 +164,7 @@ static bool read_line(obj *o) {
         o->text.at = end;
         return keywords[i].read(o);
     }
-    return cli_text_fail_word(&o->text, "is no keyword that can be read; polygons (v vt vn f) are, "
+    return cli_scan_fail_word(&o->text, "is no keyword that can be read; polygons (v vt vn f) are, "
                                         "with g o s l p usemtl mtllib passed over");
 }
 
@@ -178,16 +178,16 @@ static bool check_range(const obj *o, const cli_reference *reference, uint64_t c
 
 bool cli_read_obj(cli_builder *builder, bool uvs) {
     obj o = {.builder = builder, .uvs = uvs};
-    o.text = (cli_text){builder->source, builder->error, builder->source->data, true};
+    o.text = (cli_scan){builder->source, builder->error, builder->source->data, true};
     builder->corner_uvs = uvs;
     builder->mesh.format = "OBJ";
     if (!cli_source_text(builder->source, 0, "f", builder->error) ||
         !cli_builder_begin(builder, SOFTSHADOW_F64, 0, 0))
         return false;
     if (strncmp(o.text.at, "\xef\xbb\xbf", 3) == 0) o.text.at += 3; /* a byte order mark */
-    while (cli_text_next_record(&o.text)) {
+    while (cli_scan_next_record(&o.text)) {
         if (!read_line(&o)) return false;
-        cli_text_next_line(&o.text);
+        cli_scan_next_line(&o.text);
     }
     return check_range(&o, &o.vertex, o.vertices, "vertex") &&
            check_range(&o, &o.coordinate, o.coordinates, "texture coordinate") &&

@@ -20,7 +20,7 @@ typedef struct ply {
     const cli_source *source;
     cli_error *error;
     ply_header header;
-    cli_text text;  /* the place in an ascii body */
+    cli_scan text;  /* the place in an ascii body */
     size_t at, end; /* the place in a binary body */
     bool big;
     const ply_element *vertex, *face;
@@ -119,27 +119,27 @@ static bool check_counts(const ply *p) {
 static bool text_value(ply *p, const ply_property *property, double *value) {
     if (ply_type_is_float(property->type)) {
         float single;
-        if (property->type == PLY_FLOAT64) return cli_text_double(&p->text, property->name, value);
-        if (!cli_text_float(&p->text, property->name, &single)) return false;
+        if (property->type == PLY_FLOAT64) return cli_scan_double(&p->text, property->name, value);
+        if (!cli_scan_float(&p->text, property->name, &single)) return false;
         *value = single;
         return true;
     }
     static const double low[] = {0, -0x1p7, 0, -0x1p15, 0, -0x1p31, 0};
     static const double high[] = {0, 0x1p7, 0x1p8, 0x1p15, 0x1p16, 0x1p31, 0x1p32};
-    cli_text_blanks(&p->text);
-    cli_text before = p->text;
-    if (!cli_text_double(&p->text, property->name, value)) return false;
+    cli_scan_blanks(&p->text);
+    cli_scan before = p->text;
+    if (!cli_scan_double(&p->text, property->name, value)) return false;
     if (*value >= low[property->type] && *value < high[property->type] && *value == floor(*value))
         return true;
-    return cli_text_fail_word(&before, "is no value of the integer type that the header gives");
+    return cli_scan_fail_word(&before, "is no value of the integer type that the header gives");
 }
 
 static bool text_skip(ply *p, uint64_t items) {
     for (uint64_t i = 0; i < items; i++) {
-        cli_text_blanks(&p->text);
+        cli_scan_blanks(&p->text);
         if (cli_is_line_end(*p->text.at))
-            return cli_text_fail_word(&p->text, "numbers are missing in this record");
-        p->text.at = cli_text_word_end(&p->text);
+            return cli_scan_fail_word(&p->text, "numbers are missing in this record");
+        p->text.at = cli_scan_word_end(&p->text);
     }
     return true;
 }
@@ -200,8 +200,8 @@ static bool read_length(ply *p, const ply_element *element, const ply_property *
     p->at = begin;
     p->text.at = text;
     if (!is_text(p)) return fail_record(p, element, "the length of a list is negative");
-    cli_text_blanks(&p->text);
-    return cli_text_fail_word(&p->text, "is no length of a list; it must not be negative");
+    cli_scan_blanks(&p->text);
+    return cli_scan_fail_word(&p->text, "is no length of a list; it must not be negative");
 }
 
 static bool skip_property(ply *p, const ply_element *element, const ply_property *property) {
@@ -211,13 +211,13 @@ static bool skip_property(ply *p, const ply_element *element, const ply_property
 }
 
 static bool check_wanted(ply *p, const ply_property *property, double value, double limit,
-                         size_t begin, cli_text before) {
+                         size_t begin, cli_scan before) {
     if (fabs(value) <= limit) return true;
     char problem[120];
     if (is_text(p)) {
         snprintf(problem, sizeof problem, "is too large; %s must be within +-%g", property->name,
                  limit);
-        return cli_text_fail_word(&before, problem);
+        return cli_scan_fail_word(&before, problem);
     }
     snprintf(problem, sizeof problem, "%s is %g; it must be finite and within +-%g", property->name,
              value, limit);
@@ -238,8 +238,8 @@ static bool read_vertex(ply *p) {
             if (!skip_property(p, p->vertex, property)) return false;
             continue;
         }
-        cli_text_blanks(&p->text);
-        cli_text before = p->text;
+        cli_scan_blanks(&p->text);
+        cli_scan before = p->text;
         size_t begin = p->at;
         if (!read_value(p, p->vertex, property, wanted) ||
             !check_wanted(p, property, *wanted, limit, begin, before))
@@ -253,7 +253,7 @@ static bool read_vertex(ply *p) {
     return cli_builder_vertex(p->builder, position);
 }
 
-static bool fail_corner(ply *p, size_t begin, cli_text before, double value) {
+static bool fail_corner(ply *p, size_t begin, cli_scan before, double value) {
     char problem[120];
     snprintf(problem, sizeof problem,
              "vertex %.0f (counted from 0) is named, but the file has %" PRIu64, value,
@@ -265,7 +265,7 @@ static bool fail_corner(ply *p, size_t begin, cli_text before, double value) {
 
 static bool read_corners(ply *p, const ply_property *property, uint32_t *corners) {
     uint64_t length;
-    cli_text_blanks(&p->text);
+    cli_scan_blanks(&p->text);
     const char *at = p->text.at;
     if (!read_length(p, p->face, property, &length)) return false;
     if (length < 3 || length > CLI_POLYGON_CORNERS) {
@@ -278,8 +278,8 @@ static bool read_corners(ply *p, const ply_property *property, uint32_t *corners
     if (!cli_builder_face_room(p->builder, length)) return false;
     for (uint64_t i = 0; i < length; i++) {
         double value;
-        cli_text_blanks(&p->text);
-        cli_text before = p->text;
+        cli_scan_blanks(&p->text);
+        cli_scan before = p->text;
         size_t begin = p->at;
         if (!read_value(p, p->face, property, &value)) return false;
         if (!(value >= 0 && value < (double) p->vertex->count))
@@ -310,8 +310,8 @@ static bool skip_record(ply *p, const ply_element *element) {
 
 /* To the next line with something on it; PLY has no comments in its body. */
 static bool begin_line(ply *p, const ply_element *element) {
-    while (cli_text_blanks(&p->text), *p->text.at && cli_is_line_end(*p->text.at))
-        cli_text_next_line(&p->text);
+    while (cli_scan_blanks(&p->text), *p->text.at && cli_is_line_end(*p->text.at))
+        cli_scan_next_line(&p->text);
     if (*p->text.at) return true;
     return cli_source_fail(p->source, p->text.at, p->error,
                            "the file ends before %s %" PRIu64 " of %" PRIu64, element->name,
@@ -319,10 +319,10 @@ static bool begin_line(ply *p, const ply_element *element) {
 }
 
 static bool end_line(ply *p) {
-    cli_text_blanks(&p->text);
+    cli_scan_blanks(&p->text);
     if (!cli_is_line_end(*p->text.at))
-        return cli_text_fail_word(&p->text, "is one too many; the record is complete");
-    cli_text_next_line(&p->text);
+        return cli_scan_fail_word(&p->text, "is one too many; the record is complete");
+    cli_scan_next_line(&p->text);
     return true;
 }
 
@@ -344,10 +344,10 @@ static bool check_end(ply *p) {
                                     "%zu bytes follow the last record that the header announces; "
                                     "none may", p->end - p->at);
     }
-    while (cli_text_blanks(&p->text), *p->text.at && cli_is_line_end(*p->text.at))
-        cli_text_next_line(&p->text);
+    while (cli_scan_blanks(&p->text), *p->text.at && cli_is_line_end(*p->text.at))
+        cli_scan_next_line(&p->text);
     if (!*p->text.at) return true;
-    return cli_text_fail_word(&p->text, "stands behind the last record that the header announces");
+    return cli_scan_fail_word(&p->text, "stands behind the last record that the header announces");
 }
 
 /* What fits a float exactly is kept as one. */
@@ -364,7 +364,7 @@ static bool begin_body(ply *p) {
     p->big = p->header.format == PLY_BIG;
     p->at = p->header.size;
     p->end = p->source->size;
-    p->text = (cli_text){p->source, p->error, p->source->data + p->at, false};
+    p->text = (cli_scan){p->source, p->error, p->source->data + p->at, false};
     builder->mesh.format = is_text(p) ? "ascii PLY" : "binary PLY";
     if (is_text(p) && !cli_source_text(p->source, p->at, "0123456789", p->error)) return false;
     if (!cli_builder_begin(builder, position_type(p), p->vertex->count, p->face->count))

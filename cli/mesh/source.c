@@ -140,20 +140,20 @@ bool cli_source_fail_byte(const cli_source *source, size_t byte, cli_error *erro
 
 /* ---- Text ------------------------------------------------------------------------------------*/
 
-const char *cli_text_word_end(const cli_text *text) {
+const char *cli_scan_word_end(const cli_scan *text) {
     const char *c = text->at;
     while (!cli_is_blank(*c) && !cli_is_line_end(*c) && !(text->continued && cli_continuation(c)))
         c++;
     return c;
 }
 
-bool cli_text_word_is(const cli_text *text, const char *word) {
+bool cli_scan_word_is(const cli_scan *text, const char *word) {
     size_t length = strlen(word);
-    return (size_t) (cli_text_word_end(text) - text->at) == length &&
+    return (size_t) (cli_scan_word_end(text) - text->at) == length &&
            memcmp(text->at, word, length) == 0;
 }
 
-void cli_text_next_line(cli_text *text) {
+void cli_scan_next_line(cli_scan *text) {
     const char *end = text->source->data + text->source->size;
     const char *begin = text->at;
     /* A comment ends with its line: were it continued, a backslash at its end would hide data. */
@@ -169,16 +169,16 @@ void cli_text_next_line(cli_text *text) {
     }
 }
 
-bool cli_text_next_record(cli_text *text) {
-    while (cli_text_line_over(text)) {
+bool cli_scan_next_record(cli_scan *text) {
+    while (cli_scan_line_over(text)) {
         if (!*text->at) return false;
-        cli_text_next_line(text);
+        cli_scan_next_line(text);
     }
     return true;
 }
 
-bool cli_text_fail_word(const cli_text *text, const char *problem) {
-    const char *end = cli_text_word_end(text);
+bool cli_scan_fail_word(const cli_scan *text, const char *problem) {
+    const char *end = cli_scan_word_end(text);
     cli_shown shown;
     bool over = text->at == text->source->data + text->source->size;
     if (end == text->at)
@@ -192,10 +192,10 @@ bool cli_text_fail_word(const cli_text *text, const char *problem) {
 }
 
 /* What a number's reader answered, as a message that names the quantity. */
-static bool fail_number(const cli_text *text, const char *what, cli_number result,
+static bool fail_number(const cli_scan *text, const char *what, cli_number result,
                         const char *behind) {
     char problem[160];
-    const char *end = cli_text_word_end(text);
+    const char *end = cli_scan_word_end(text);
     if (end == text->at)
         snprintf(problem, sizeof problem, "%s must be a number", what);
     else if (result != CLI_NUMBER_OK)
@@ -204,16 +204,16 @@ static bool fail_number(const cli_text *text, const char *what, cli_number resul
     else
         snprintf(problem, sizeof problem, "is not a number; %s must be one%s", what,
                  *behind == ',' ? ", with a decimal point, not a comma" : "");
-    return cli_text_fail_word(text, problem);
+    return cli_scan_fail_word(text, problem);
 }
 
 /* Is c something that may stand behind a number? */
-static bool ends_number(const cli_text *text, const char *c) {
+static bool ends_number(const cli_scan *text, const char *c) {
     return cli_is_blank(*c) || cli_is_line_end(*c) || (text->continued && cli_continuation(c));
 }
 
-bool cli_text_double(cli_text *text, const char *what, double *value) {
-    cli_text_blanks(text);
+bool cli_scan_double(cli_scan *text, const char *what, double *value) {
+    cli_scan_blanks(text);
     const char *at = text->at, *end = text->source->data + text->source->size;
     cli_number result = cli_number_double(&at, end, value);
     if (result != CLI_NUMBER_OK || !ends_number(text, at))
@@ -222,8 +222,8 @@ bool cli_text_double(cli_text *text, const char *what, double *value) {
     return true;
 }
 
-bool cli_text_float(cli_text *text, const char *what, float *value) {
-    cli_text_blanks(text);
+bool cli_scan_float(cli_scan *text, const char *what, float *value) {
+    cli_scan_blanks(text);
     const char *at = text->at, *end = text->source->data + text->source->size;
     cli_number result = cli_number_float(&at, end, value);
     if (result != CLI_NUMBER_OK || !ends_number(text, at))
@@ -232,18 +232,18 @@ bool cli_text_float(cli_text *text, const char *what, float *value) {
     return true;
 }
 
-bool cli_text_coordinate(cli_text *text, const char *what, double *value) {
-    cli_text_blanks(text);
-    cli_text before = *text;
-    if (!cli_text_double(text, what, value)) return false;
+bool cli_scan_coordinate(cli_scan *text, const char *what, double *value) {
+    cli_scan_blanks(text);
+    cli_scan before = *text;
+    if (!cli_scan_double(text, what, value)) return false;
     if (*value >= -1e15 && *value <= 1e15) return true;
     char problem[80];
     snprintf(problem, sizeof problem, "is too large; %s must be within +-1e15", what);
-    return cli_text_fail_word(&before, problem);
+    return cli_scan_fail_word(&before, problem);
 }
 
-bool cli_text_count(cli_text *text, const char *what, uint64_t *value) {
-    cli_text_blanks(text);
+bool cli_scan_count(cli_scan *text, const char *what, uint64_t *value) {
+    cli_scan_blanks(text);
     const char *at = text->at, *end = text->source->data + text->source->size;
     int64_t parsed;
     cli_number result = cli_number_int(&at, end, &parsed);
@@ -254,5 +254,5 @@ bool cli_text_count(cli_text *text, const char *what, uint64_t *value) {
     }
     char problem[80];
     snprintf(problem, sizeof problem, "is no %s; it must be a whole number from 0", what);
-    return cli_text_fail_word(text, problem);
+    return cli_scan_fail_word(text, problem);
 }

@@ -37,12 +37,12 @@ bool cli_source_fail_byte(const cli_source *source, size_t byte, cli_error *erro
 /* ---- Text ------------------------------------------------------------------------------------*/
 
 /* A position in checked text. Scans need no end: a zero byte stops them. */
-typedef struct cli_text {
+typedef struct cli_scan {
     const cli_source *source;
     cli_error *error;
     const char *at;
     bool continued; /* a backslash before a newline is a blank (OBJ) */
-} cli_text;
+} cli_scan;
 
 static inline bool cli_is_line_end(char c) { return c == '\n' || c == '\r' || c == 0; }
 static inline bool cli_is_blank(char c) { return c == ' ' || c == '\t'; }
@@ -54,7 +54,7 @@ static inline size_t cli_continuation(const char *c) {
     return c[1] == '\r' && c[2] == '\n' ? 3 : 0;
 }
 
-static inline void cli_text_blanks(cli_text *text) {
+static inline void cli_scan_blanks(cli_scan *text) {
     const char *c = text->at;
     size_t skip;
     for (;;) {
@@ -66,28 +66,28 @@ static inline void cli_text_blanks(cli_text *text) {
 }
 
 /* After blanks: is the line over? A comment ends it, too. */
-static inline bool cli_text_line_over(cli_text *text) {
-    cli_text_blanks(text);
+static inline bool cli_scan_line_over(cli_scan *text) {
+    cli_scan_blanks(text);
     return cli_is_line_end(*text->at) || *text->at == '#';
 }
 
 /* The end of the word at at. */
-const char *cli_text_word_end(const cli_text *text);
-bool cli_text_word_is(const cli_text *text, const char *word);
+const char *cli_scan_word_end(const cli_scan *text);
+bool cli_scan_word_is(const cli_scan *text, const char *word);
 
 /* To the beginning of the next line; a continued one is passed over as a whole. */
-void cli_text_next_line(cli_text *text);
+void cli_scan_next_line(cli_scan *text);
 /* To the next line with something on it, past comments; false at the end of the file. */
-bool cli_text_next_record(cli_text *text);
+bool cli_scan_next_record(cli_scan *text);
 
 /* One number after blanks, with a blank or the line's end behind it; what names it in a message. A
  * coordinate is within +-1e15. */
-bool cli_text_double(cli_text *text, const char *what, double *value);
-bool cli_text_float(cli_text *text, const char *what, float *value);
-bool cli_text_coordinate(cli_text *text, const char *what, double *value);
-bool cli_text_count(cli_text *text, const char *what, uint64_t *value);
+bool cli_scan_double(cli_scan *text, const char *what, double *value);
+bool cli_scan_float(cli_scan *text, const char *what, float *value);
+bool cli_scan_coordinate(cli_scan *text, const char *what, double *value);
+bool cli_scan_count(cli_scan *text, const char *what, uint64_t *value);
 
 /* "LINE:COLUMN: 'word' is not a ..." */
-bool cli_text_fail_word(const cli_text *text, const char *problem);
+bool cli_scan_fail_word(const cli_scan *text, const char *problem);
 
 #endif

@@ -74,41 +74,41 @@ bool cli_read_stl_binary(cli_builder *builder) {
 
 /* ---- Text ------------------------------------------------------------------------------------*/
 
-static bool is_word(const cli_text *text, const char *word) {
+static bool is_word(const cli_scan *text, const char *word) {
     size_t length = strlen(word);
-    return (size_t) (cli_text_word_end(text) - text->at) == length &&
+    return (size_t) (cli_scan_word_end(text) - text->at) == length &&
            strncasecmp(text->at, word, length) == 0;
 }
 
 /* To the next word, on this line or a later one; false at the end of the file. */
-static bool peek(cli_text *text) {
-    while (cli_text_blanks(text), *text->at && cli_is_line_end(*text->at)) cli_text_next_line(text);
+static bool peek(cli_scan *text) {
+    while (cli_scan_blanks(text), *text->at && cli_is_line_end(*text->at)) cli_scan_next_line(text);
     return *text->at != 0;
 }
 
 /* The next word must be this one; capitals will do. */
-static bool expect(cli_text *text, const char *word) {
+static bool expect(cli_scan *text, const char *word) {
     char problem[64];
     snprintf(problem, sizeof problem, "stands where '%s' must", word);
     peek(text);
-    if (!is_word(text, word)) return cli_text_fail_word(text, problem);
-    text->at = cli_text_word_end(text);
+    if (!is_word(text, word)) return cli_scan_fail_word(text, problem);
+    text->at = cli_scan_word_end(text);
     return true;
 }
 
-static bool skip_normal(cli_text *text) {
+static bool skip_normal(cli_scan *text) {
     if (!expect(text, "normal")) return false;
     for (int k = 0; k < 3; k++) {
-        cli_text_blanks(text);
-        if (cli_is_line_end(*text->at)) return cli_text_fail_word(text, "a normal has 3 numbers");
-        text->at = cli_text_word_end(text);
+        cli_scan_blanks(text);
+        if (cli_is_line_end(*text->at)) return cli_scan_fail_word(text, "a normal has 3 numbers");
+        text->at = cli_scan_word_end(text);
     }
-    cli_text_blanks(text);
+    cli_scan_blanks(text);
     return cli_is_line_end(*text->at) || is_word(text, "outer") ||
-           cli_text_fail_word(text, "stands behind a normal; it has 3 numbers");
+           cli_scan_fail_word(text, "stands behind a normal; it has 3 numbers");
 }
 
-static bool read_facet(cli_builder *builder, cli_text *text) {
+static bool read_facet(cli_builder *builder, cli_scan *text) {
     static const char *const names[] = {"x", "y", "z"};
     const char *begin = text->at;
     if (!expect(text, "facet") || !skip_normal(text) || !expect(text, "outer") ||
@@ -118,7 +118,7 @@ static bool read_facet(cli_builder *builder, cli_text *text) {
         double position[3];
         if (!expect(text, "vertex")) return false;
         for (int k = 0; k < 3; k++)
-            if (!cli_text_coordinate(text, names[k], &position[k])) return false;
+            if (!cli_scan_coordinate(text, names[k], &position[k])) return false;
         builder->face[corner] = (uint32_t) builder->mesh.vertex_count;
         if (!cli_builder_vertex(builder, position)) return false;
     }
@@ -127,21 +127,21 @@ static bool read_facet(cli_builder *builder, cli_text *text) {
 }
 
 /* solid NAME facets endsolid NAME; names are the rest of their line. */
-static bool read_solid(cli_builder *builder, cli_text *text) {
+static bool read_solid(cli_builder *builder, cli_scan *text) {
     if (!expect(text, "solid")) return false;
-    cli_text_next_line(text);
+    cli_scan_next_line(text);
     for (;;) {
-        if (!peek(text)) return cli_text_fail_word(text, "'facet' or 'endsolid' must follow");
+        if (!peek(text)) return cli_scan_fail_word(text, "'facet' or 'endsolid' must follow");
         if (is_word(text, "endsolid")) break;
         if (!read_facet(builder, text)) return false;
     }
-    cli_text_next_line(text);
+    cli_scan_next_line(text);
     return true;
 }
 
 bool cli_read_stl_text(cli_builder *builder) {
     const cli_source *source = builder->source;
-    cli_text text = {source, builder->error, source->data, false};
+    cli_scan text = {source, builder->error, source->data, false};
     builder->mesh.format = "ascii STL";
     if (!cli_source_text(source, 0, "", builder->error) ||
         !cli_builder_begin(builder, SOFTSHADOW_F64, 0, 0) || !cli_builder_face_room(builder, 3))

@@ -32,3 +32,5 @@ TESTS += tests/unit/silhouette
 tests_unit_silhouette_SOURCES = %D%/silhouette.c %D%/shapes.h
 tests_unit_silhouette_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
+
+include %D%/mesh.mk
