@@ -5,5 +5,6 @@
 
 int cli_query(int argc, char **argv);
 int cli_methods(int argc, char **argv);
+int cli_info(int argc, char **argv);
 
 #endif

@@ -20,6 +20,7 @@ libcli_la_LIBADD =
 EXTRA_PROGRAMS = softshadow
 softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
+  %D%/info.c \
   %D%/methods.c \
   %D%/scene.c %D%/scene.h
 # Only the public header: what the library hides stays hidden from its own command line.

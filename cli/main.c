@@ -14,6 +14,7 @@ static const struct command {
 } commands[] = {
     {"query", cli_query, "how much of the light each point of a list or an image sees"},
     {"methods", cli_methods, "the methods there are, and which lights each supports"},
+    {"info", cli_info, "what meshes are made of: bounds, closed or open, silhouette edges"},
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
