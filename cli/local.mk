@@ -30,3 +30,5 @@ include %D%/image/local.mk
 include %D%/mesh/local.mk
 include %D%/points/local.mk
 include %D%/query/local.mk
+include %D%/render/local.mk
+include %D%/explain/local.mk

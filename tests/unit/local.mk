@@ -3,11 +3,14 @@ dist_check_SCRIPTS += %D%/layers.sh
 TESTS += %D%/layers.sh
 
 if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/image_file
-TESTS += tests/unit/image_file
+check_PROGRAMS += tests/unit/image_file tests/unit/preview
+TESTS += tests/unit/image_file tests/unit/preview
 tests_unit_image_file_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
 tests_unit_image_file_SOURCES = tests/unit/image_file.c
 tests_unit_image_file_LDADD = libcli.la $(CMOCKA_LIBS)
+tests_unit_preview_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
+tests_unit_preview_SOURCES = tests/unit/preview.c
+tests_unit_preview_LDADD = libcli.la $(CMOCKA_LIBS) -lm
 endif
 
 if HAVE_CMOCKA
