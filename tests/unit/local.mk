@@ -14,8 +14,10 @@ tests_unit_preview_LDADD = libcli.la $(CMOCKA_LIBS) -lm
 endif
 
 if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/predicate tests/unit/topology
-TESTS += tests/unit/predicate tests/unit/topology
+check_PROGRAMS += tests/unit/levels tests/unit/predicate tests/unit/topology
+TESTS += tests/unit/levels tests/unit/predicate tests/unit/topology
+tests_unit_levels_SOURCES = %D%/levels.c %D%/shapes.h
+tests_unit_levels_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_predicate_SOURCES = %D%/predicate.c
 tests_unit_predicate_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_topology_SOURCES = %D%/topology.c %D%/shapes.h
