@@ -5,11 +5,14 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* One instruction each, where fmin() and fmax() are calls. b where one is NaN. */
+static inline double ss_min(double a, double b) { return a < b ? a : b; }
+static inline double ss_max(double a, double b) { return a > b ? a : b; }
 /* Three terms added smallest first: the sum does not depend on their order, so that permuting the
  * axes of a scene permutes its results bit for bit. */
 static inline double ss_sum3(double x, double y, double z) {
-    const double low = fmin(x, y), high = fmax(x, y);
-    return (fmin(low, z) + fmax(low, fmin(high, z))) + fmax(high, z);
+    const double low = ss_min(x, y), high = ss_max(x, y);
+    return (ss_min(low, z) + ss_max(low, ss_min(high, z))) + ss_max(high, z);
 }
 static inline double ss_dot(const double a[3], const double b[3]) {
     return ss_sum3(a[0] * b[0], a[1] * b[1], a[2] * b[2]);
@@ -28,7 +31,7 @@ static inline void ss_add_scaled(const double a[3], double s, const double b[3],
 /* The power of two that brings a to a size whose square neither overflows nor underflows; 0 for no
  * direction (zero, infinite, NaN). Mostly 1, which costs nothing. */
 static inline double ss_safe_scale(const double a[3]) {
-    const double most = fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
+    const double most = ss_max(fabs(a[0]), ss_max(fabs(a[1]), fabs(a[2])));
     if (most > 0x1p-400 && most < 0x1p+400) return 1;
     if (!(most > 0) || isinf(most)) return 0;
     return most < 1 ? 0x1p+600 : 0x1p-600;
