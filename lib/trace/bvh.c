@@ -138,12 +138,12 @@ static bool triangle_outside(const ss_bvh_leaf *leaf, uint32_t slot, const ss_sh
     return false;
 }
 
-bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double low[3],
-                        const double high[3]) {
+size_t ss_bvh_shaft(const ss_bvh *bvh, const ss_light *light, const double low[3],
+                    const double high[3], uint32_t *triangles, size_t room) {
     ss_shaft shaft;
     ss_shaft_make(&shaft, light, bvh->world->extent, low, high);
     uint32_t stack[SS_BVH_STACK];
-    size_t depth = 0;
+    size_t depth = 0, found = 0;
     stack[depth++] = 0;
     while (depth) {
         const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
@@ -155,9 +155,16 @@ bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double l
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
             for (uint32_t s = 0; s < leaf->count; s++) {
-                if (!triangle_outside(leaf, s, &shaft)) return false;
+                if (triangle_outside(leaf, s, &shaft)) continue;
+                if (found == room) return room + 1;
+                triangles[found++] = leaf->triangle[s];
             }
         }
     }
-    return true;
+    return found;
+}
+
+bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double low[3],
+                        const double high[3]) {
+    return ss_bvh_shaft(bvh, light, low, high, NULL, 0) == 0;
 }

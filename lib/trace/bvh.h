@@ -25,4 +25,9 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
 bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double low[3],
                         const double high[3]);
 
+/* Which triangles could? Stores the first `room` of them that the walk finds; returns how many it found
+ * before it gave up, which it does at room + 1. */
+size_t ss_bvh_shaft(const ss_bvh *bvh, const ss_light *light, const double low[3],
+                    const double high[3], uint32_t *triangles, size_t room);
+
 #endif

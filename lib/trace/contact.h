@@ -11,16 +11,33 @@
 #include "scene/scene.h"
 #include "trace/bvh.h"
 
-#define SS_NEAR_MOST 64 /* more near faces than this: the rest is left to float arithmetic */
+/* How near is near, in local units (casters fill [-1, 1]). Rounding a vertex and the origin to float
+ * moves each by 2^-25 along an axis, the robust triangle test adds a few 2^-24 of the distances it
+ * subtracts: together below 2^-20, so that floats decide rightly on which side of a face that is not
+ * near a point lies. Eight times that: segments may then begin so far out that most never meet the
+ * face they start on, and need nobody to take that hit back. */
+#define SS_NEAR 0x1p-17
+/* Two positions this near are one: rounding of the doubles in which contact is computed. */
+#define SS_TOUCH 0x1p-49
+
+#define SS_NEAR_MOST 64 /* the nearest are kept; see `clear` for the rest */
 
 typedef struct ss_contact {
     double p[3];                     /* the point, put onto the nearest face it touches */
-    uint32_t near_count;             /* faces that engines must skip ... */
-    uint32_t near[SS_NEAR_MOST];
-    uint32_t tested_count;           /* ... and the corners of those among them that can occlude, */
-    double tested[SS_NEAR_MOST][3][3]; /* relative to p: test these in double */
-    uint32_t tested_triangle[SS_NEAR_MOST];
+    /* Faces nearer than this are all in `near`: a segment in float arithmetic may begin so far from p.
+     * Where more than SS_NEAR_MOST faces are near (a tangle below the input's own precision), the
+     * farthest of them are listed nowhere, and what they hide within this distance is lost. */
+    double clear;
+    uint32_t near_count;             /* faces that engines must skip: */
+    uint32_t near[SS_NEAR_MOST];     /* first those that cannot occlude, then those ... */
+    uint32_t tested_count;           /* ... to be tested in double: */
+    double tested[SS_NEAR_MOST][3][3]; /* their corners, relative to p */
 } ss_contact;
+
+static inline uint32_t ss_contact_touched(const ss_contact *contact) {
+    return contact->near_count - contact->tested_count;
+}
+
 
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
                      ss_contact *contact);

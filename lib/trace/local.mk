@@ -1,5 +1,8 @@
-# Our own BVH; Embree, through dlopen.
+# Our own BVH; Embree, through dlopen; contact in double; sample sets.
 libsoftshadow_core_la_SOURCES += \
   %D%/bvh.c %D%/bvh.h \
   %D%/bvh_build.c %D%/bvh_node.h \
+  %D%/contact.c %D%/contact.h \
+  %D%/rays.c %D%/rays.h \
+  %D%/samples.c %D%/samples.h \
   %D%/shaft.c %D%/shaft.h

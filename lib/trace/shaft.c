@@ -1,6 +1,6 @@
 /* Planes that have a box of points and a light on one side.
  *
- * based on: shaft culling (Haines & Wallace 1991), with planes found through support functions: for a
+ * based on: shaft culling [HW91], with planes found through support functions: for a
  * normal n the plane n . x = max over both bodies is right whatever n is; n is only chosen well. */
 #include "trace/shaft.h"
 

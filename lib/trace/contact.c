@@ -1,0 +1,227 @@
+/* Which faces touch a point, and exact-enough tests against those that nearly do.
+ * based on: [WBW13] for edge functions that two faces share bit for bit (here in double and by an
+ * order of the end points, so that winding does not matter); [Eri05, 5.1.5] for the regions of a
+ * triangle.
+ *
+ * With a known triangle the point is put onto it, and what is within SS_TOUCH of that place touches.
+ * Without, what is within the rounding of point and face (point->ulp) touches, and the point is put
+ * onto the nearest of them. Either way a face whose plane holds the point cannot block: a segment
+ * meets that plane at t = 0, or runs inside it. */
+#include "trace/contact.h"
+
+#include <string.h>
+
+#include "base/vec.h"
+
+#define ROOM 512 /* near boxes looked at */
+
+#define ULPS 4   /* that the distance of a face touched may be: three roundings each of point and face */
+
+typedef struct candidate {
+    uint32_t triangle;
+    double distance, reach; /* touches if distance <= reach */
+    double place[3];        /* the nearest place on the triangle */
+} candidate;
+
+/* The largest coordinate as the host gave it, in local units. */
+static double host_size(const ss_world *world, const double local[3]) {
+    double most = 0;
+    for (int k = 0; k < 3; k++) {
+        most = ss_max(most, fabs(local[k] + (world->low[k] + world->half[k]) * world->scale));
+    }
+    return most;
+}
+
+static double reach_of(const ss_world *world, double ulp, double size, const double corner[3][3]) {
+    for (int i = 0; i < 3 && ulp > 0; i++) size = ss_max(size, host_size(world, corner[i]));
+    return ss_max(ULPS * ulp * size, SS_TOUCH);
+}
+
+/* No face's reach is longer. */
+static double longest_reach(const ss_world *world, double ulp, double size) {
+    for (int i = 0; i < 2; i++) {
+        const double corner[3] = {world->bounds[3 * i], world->bounds[3 * i + 1],
+                                  world->bounds[3 * i + 2]};
+        size = ss_max(size, host_size(world, corner) + 0x1p-24); /* bounds are floats */
+    }
+    return ss_max(ULPS * ulp * size, SS_TOUCH);
+}
+
+/* The place on segment a..b nearest to p. */
+static double nearest_on_edge(const double p[3], const double a[3], const double b[3],
+                              double place[3]) {
+    double along[3], to[3], gap[3];
+    ss_sub(b, a, along);
+    ss_sub(p, a, to);
+    const double square = ss_dot(along, along);
+    const double t = square > 0 ? ss_min(ss_max(ss_dot(to, along) / square, 0), 1) : 0;
+    for (int k = 0; k < 3; k++) place[k] = t == 1 ? b[k] : a[k] + t * along[k];
+    ss_sub(p, place, gap);
+    return ss_length(gap);
+}
+
+/* Twice the area as a vector, and whether the shape is good enough to trust its direction. */
+static bool area_of(const double corner[3][3], double area[3]) {
+    double one[3], two[3], three[3];
+    ss_sub(corner[1], corner[0], one);
+    ss_sub(corner[2], corner[0], two);
+    ss_sub(corner[2], corner[1], three);
+    ss_cross(one, two, area);
+    const double longest = ss_max(ss_dot(one, one), ss_max(ss_dot(two, two), ss_dot(three, three)));
+    return ss_dot(area, area) >= longest * longest / 64;
+}
+
+/* Does p lie beside the triangle's inside, in the direction of its normal? */
+static bool over_inside(const double p[3], const double corner[3][3], const double normal[3]) {
+    for (int i = 0; i < 3; i++) {
+        double along[3], inward[3], to[3];
+        ss_sub(corner[(i + 1) % 3], corner[i], along);
+        ss_sub(p, corner[i], to);
+        ss_cross(normal, along, inward);
+        if (ss_dot(inward, to) < 0) return false;
+    }
+    return true;
+}
+
+/* The distance, or some distance beyond `radius` if it is that. A sliver's normal is unsure by its own
+ * length: there the edges count, too. */
+static double nearest_on_triangle(const double p[3], const double corner[3][3], double radius,
+                                  double place[3]) {
+    double best = INFINITY, normal[3], to[3];
+    const bool sound = area_of(corner, normal);
+    if (ss_normalize(normal)) {
+        ss_sub(p, corner[0], to);
+        const double height = ss_dot(normal, to);
+        if (sound && fabs(height) > radius) return fabs(height);
+        if (over_inside(p, corner, normal)) {
+            best = fabs(height);
+            ss_add_scaled(p, -height, normal, place);
+            if (sound) return best;
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        double at[3];
+        const double distance = nearest_on_edge(p, corner[i], corner[(i + 1) % 3], at);
+        if (distance < best) best = distance, memcpy(place, at, sizeof at);
+    }
+    return best;
+}
+
+/* Keeps the nearest SS_NEAR_MOST, the farthest of them last. */
+static void keep(candidate *list, uint32_t *count, const candidate *found) {
+    if (*count == SS_NEAR_MOST && found->distance >= list[*count - 1].distance) return;
+    uint32_t i = *count < SS_NEAR_MOST ? (*count)++ : *count - 1;
+    for (; i > 0 && list[i - 1].distance > found->distance; i--) list[i] = list[i - 1];
+    list[i] = *found;
+}
+
+/* Faces so near that they could touch p or mislead floats, nearest first. *clear: see contact.h. */
+static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[3], double ulp,
+                       candidate *list, double *clear) {
+    uint32_t box[ROOM], count = 0;
+    const double size = host_size(world, p), reach = longest_reach(world, ulp, size);
+    const double radius = SS_NEAR + reach;
+    const size_t found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM); /* its boxes are floats */
+    size_t kept = 0;
+    for (size_t i = 0; i < found && i < ROOM; i++) {
+        double corner[3][3];
+        candidate face = {.triangle = box[i]};
+        ss_world_triangle(world, box[i], corner);
+        face.distance = nearest_on_triangle(p, corner, radius, face.place);
+        if (face.distance > radius) continue;
+        face.reach = reach_of(world, ulp, size, corner);
+        kept++;
+        keep(list, &count, &face);
+    }
+    const bool all = found <= ROOM && kept <= SS_NEAR_MOST;
+    *clear = all ? SS_NEAR : SS_NEAR + 2 * reach; /* the point moves by `reach`, too */
+    return count;
+}
+
+/* Lists the face as tested, with its corners relative to p; false where its plane holds p. */
+static bool add_tested(const ss_world *world, ss_contact *contact, uint32_t triangle) {
+    double corner[3][3], one[3], two[3], normal[3];
+    ss_world_triangle(world, triangle, corner);
+    for (int i = 0; i < 3; i++) ss_sub(corner[i], contact->p, corner[i]);
+    ss_sub(corner[1], corner[0], one);
+    ss_sub(corner[2], corner[0], two);
+    ss_cross(one, two, normal);
+    if (!ss_normalize(normal) || fabs(ss_dot(normal, corner[0])) <= SS_TOUCH) return false;
+    memcpy(contact->tested[contact->tested_count++], corner, sizeof corner);
+    return true;
+}
+
+void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
+                     ss_contact *contact) {
+    candidate list[SS_NEAR_MOST];
+    const bool known = point->triangle != SS_NO_TRIANGLE && point->ulp == 0;
+    contact->near_count = contact->tested_count = 0;
+    memcpy(contact->p, point->p, sizeof contact->p);
+    if (known) {
+        double corner[3][3];
+        ss_world_triangle(world, point->triangle, corner);
+        nearest_on_triangle(point->p, corner, INFINITY, contact->p);
+    }
+    const uint32_t count = gather(bvh, world, contact->p, point->ulp, list, &contact->clear);
+    if (!known && count > 0 && list[0].distance <= list[0].reach) {
+        memcpy(contact->p, list[0].place, sizeof contact->p);
+    }
+    uint32_t tested[SS_NEAR_MOST];
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t triangle = list[i].triangle;
+        const bool own = known && triangle == point->triangle; /* whatever its rounding */
+        const bool touches = own || list[i].distance <= list[i].reach;
+        const uint32_t place = contact->tested_count;
+        if (!touches && add_tested(world, contact, triangle)) tested[place] = triangle;
+        else contact->near[contact->near_count++] = triangle;
+    }
+    memcpy(contact->near + contact->near_count, tested, contact->tested_count * sizeof *tested);
+    contact->near_count += contact->tested_count;
+}
+
+static bool ordered(const double a[3], const double b[3]) {
+    for (int k = 0; k < 3; k++) {
+        if (a[k] != b[k]) return a[k] < b[k];
+    }
+    return true;
+}
+
+/* On which side of the edge a..b the ray passes: d . (a x b), computed in one order of the two ends
+ * whichever face asks, so that neighbours get the same number with opposite signs. */
+static double edge_side(const double d[3], const double a[3], const double b[3]) {
+    double moment[3];
+    if (ordered(a, b)) {
+        ss_cross(a, b, moment);
+        return ss_dot(d, moment);
+    }
+    ss_cross(b, a, moment);
+    return -ss_dot(d, moment);
+}
+
+static bool blocks(const double v[3][3], const ss_world *world, uint32_t triangle,
+                   const double d[3], double t_end) {
+    const double w = edge_side(d, v[0], v[1]), a = edge_side(d, v[1], v[2]),
+                 b = edge_side(d, v[2], v[0]);
+    const bool inside = (w >= 0 && a >= 0 && b >= 0) || (w <= 0 && a <= 0 && b <= 0);
+    if (!inside) return false;
+    double one[3], two[3], normal[3];
+    ss_sub(v[1], v[0], one);
+    ss_sub(v[2], v[0], two);
+    ss_cross(one, two, normal);
+    const double height = ss_dot(normal, v[0]), closing = ss_dot(normal, d);
+    const double t = height / closing; /* a segment in the plane: infinite or NaN, blocks nothing */
+    if (!(t > 0 && t < t_end && !isinf(t))) return false;
+    const double sum = w + a + b;
+    return sum == 0 || ss_world_opaque_at(world, triangle, b / sum, w / sum);
+}
+
+bool ss_contact_blocked(const ss_contact *contact, const ss_world *world, const double d[3],
+                        double t_end) {
+    for (uint32_t i = 0; i < contact->tested_count; i++) {
+        if (blocks((const double(*)[3])contact->tested[i], world,
+                   contact->near[ss_contact_touched(contact) + i], d, t_end)) {
+            return true;
+        }
+    }
+    return false;
+}
