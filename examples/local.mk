@@ -1,13 +1,1 @@
-# Examples are built against the installed package, by examples/Makefile (tests/install does).
-EXTRA_DIST += \
-  %D%/Makefile \
-  %D%/01_one_triangle.c %D%/02_error_bound.c %D%/03_lights.c %D%/04_in_a_host.c %D%/05_dlopen.c \
-  %D%/demo.sh
-
-# Out of tree, too: everything lands in $(builddir)/demo.
-demo: all
-	@top_srcdir='$(abs_top_srcdir)' top_builddir='$(abs_top_builddir)' sh $(srcdir)/%D%/demo.sh
-.PHONY: demo
-clean-local-demo:
-	-rm -rf demo
-clean-local: clean-local-demo
+# filled by this folder

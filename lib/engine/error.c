@@ -7,6 +7,7 @@
 #include "base/status.h"
 #include "base/vec.h"
 #include "engine/engine.h"
+#include "technique/raytrace.h"
 #include "trace/bvh.h"
 #include "trace/rays.h"
 
@@ -66,13 +67,13 @@ static bool choose(chosen *c, const softshadow_points *from, size_t n) {
 
 /* Truth: two independent halves of rays. What the scene lacks for them is made for this call. */
 static softshadow_status trace_truth(softshadow *handle, chosen *c, uint32_t samples) {
-    const ss_technique *technique = ss_technique_find("raytrace");
+    const ss_technique *technique = &ss_raytrace;
     ss_stage stage = handle->built.stages[c->points.light];
     ss_params params = *stage.params;
     ss_bvh *bvh = NULL;
     ss_rays *rays = NULL;
     softshadow_status status = SOFTSHADOW_OK;
-    if (!technique || (stage.world->triangle_count && ss_process_forked())) {
+    if (stage.world->triangle_count && ss_process_forked()) {
         return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "the reference traces rays, which cannot be "
                                                  "promised here (after fork)");
     }
@@ -88,10 +89,10 @@ static softshadow_status trace_truth(softshadow *handle, chosen *c, uint32_t sam
         ss_totals totals = {0};
         void *state = NULL;
         params.seed = (stage.params->seed + 1 + h) * OTHER_SEQUENCE;
-        if (technique->build) status = technique->build(&stage, &state);
+        status = ss_raytrace_prepare(&stage, params.samples, SS_SOBOL, &state);
         const ss_asked asked = {technique, &stage, state};
         if (!status) status = ss_engine_ask(handle, &asked, &c->points, c->half[h], &totals);
-        if (state && technique->destroy) technique->destroy(state);
+        technique->destroy(state);
     }
     ss_rays_destroy(rays);
     ss_bvh_destroy(bvh);

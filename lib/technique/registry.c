@@ -1,12 +1,13 @@
 #include <string.h>
 
+#include "technique/raytrace.h"
 #include "technique/technique.h"
 
 /* In the order in which listings show them. */
 const ss_technique *const ss_techniques[] = {
-    NULL,
+    &ss_raytrace,
 };
-const uint32_t ss_technique_count = 0;
+const uint32_t ss_technique_count = sizeof ss_techniques / sizeof ss_techniques[0];
 
 const ss_technique *ss_technique_find(const char *name) {
     for (uint32_t i = 0; i < ss_technique_count; i++) {
