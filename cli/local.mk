@@ -26,7 +26,11 @@ softshadow_SOURCES = \
 # Only the public header: what the library hides stays hidden from its own command line.
 softshadow_LDADD = libcli.la libsoftshadow.la -lm -lpthread
 
+dist_man_MANS += %D%/softshadow.1
+
 include %D%/image/local.mk
 include %D%/mesh/local.mk
 include %D%/points/local.mk
 include %D%/query/local.mk
+include %D%/render/local.mk
+include %D%/explain/local.mk

@@ -1,1 +1,13 @@
-# filled by this folder
+# Examples are built against the installed package, by examples/Makefile (tests/install does).
+EXTRA_DIST += \
+  %D%/Makefile \
+  %D%/01_one_triangle.c %D%/02_error_bound.c %D%/03_lights.c %D%/04_in_a_host.c %D%/05_dlopen.c \
+  %D%/demo.sh
+
+# Out of tree, too: everything lands in $(builddir)/demo.
+demo: all
+	@top_srcdir='$(abs_top_srcdir)' top_builddir='$(abs_top_builddir)' sh $(srcdir)/%D%/demo.sh
+.PHONY: demo
+clean-local-demo:
+	-rm -rf demo
+clean-local: clean-local-demo

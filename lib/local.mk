@@ -18,6 +18,7 @@ libsoftshadow_core_la_LIBADD += $(OPENMESH_LIBS) -lm -lpthread -ldl
 
 lib_LTLIBRARIES += libsoftshadow.la
 include_HEADERS = %D%/softshadow.h
+dist_man_MANS += %D%/softshadow.3
 pkgconfig_DATA = %D%/softshadow.pc
 EXTRA_DIST += %D%/softshadow.map %D%/README.md %D%/LAYERS
 libsoftshadow_la_SOURCES =

@@ -122,14 +122,26 @@ static void recover_face(cli_builder *builder, const cli_outline *outline) {
     }
 }
 
+static bool fail_effort(const cli_builder *builder, const cli_outline *outline) {
+    const cli_source *source = builder->source;
+    const char *wrong = "concave corners; corners x concave corners are at most 2^24 for a face, and "
+                        "for a file 2^26 and 64 for each byte";
+    if (builder->mesh.format[0] == 'b') /* binary: a place is a byte */
+        return cli_source_fail_byte(source, (size_t) (outline->at - source->data), builder->error,
+                                    "a face of %" PRIu32 " corners has too many %s",
+                                    outline->corners, wrong);
+    return cli_source_fail(source, outline->at, builder->error,
+                           "a face of %" PRIu32 " corners has too many %s", outline->corners, wrong);
+}
+
+/* A face's limit alone would let a file of many such faces take seconds for each 100 KB. */
 static bool tile(cli_builder *builder, const cli_outline *outline) {
     recover_face(builder, outline);
     cli_tiling tiling = cli_polygon_tile(&builder->polygon, outline->corners);
-    if (tiling == CLI_TILING_TOO_LARGE)
-        return cli_source_fail(builder->source, outline->at, builder->error,
-                               "a face of %" PRIu32 " corners, too many of them concave; corners "
-                               "x concave corners up to %d are allowed",
-                               outline->corners, CLI_POLYGON_WORK);
+    builder->effort += builder->polygon.effort;
+    if (tiling == CLI_TILING_TOO_LARGE ||
+        builder->effort > ((uint64_t) 1 << 26) + 64 * (uint64_t) builder->source->size)
+        return fail_effort(builder, outline);
     if (tiling == CLI_TILING_UNCLEAN) builder->mesh.unclean_faces++;
     for (size_t i = 0; i < 3 * (size_t) (outline->corners - 2); i++)
         set_corner(builder, 3 * outline->triangle + i, builder->polygon.triangles[i]);

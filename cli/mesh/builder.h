@@ -40,6 +40,7 @@ typedef struct cli_builder {
     cli_outline *outlines;
     uint32_t *face, *face_uvs; /* the face being read */
     cli_polygon polygon;
+    uint64_t effort; /* of all faces */
 } cli_builder;
 
 /* Sets what the file announces: rooms for vertices and triangles, which the caller has checked

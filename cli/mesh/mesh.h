@@ -11,10 +11,10 @@
  *                _F64. OBJ, OFF and ascii STL declare none and are read as double: rounding to float
  *                would move the points of a scene that lies far from its origin.
  * Limits         Coordinates are finite and within +-1e15 (the library's own limit); a face has 3 to
- *                65536 corners, and corners x concave corners stay within 2^24, which bounds the time
- *                for a face to about 0.1 s; a line has 64 KiB, one that lists a face 1 MiB; a PLY
- *                header 64 KiB; vertices fit 32-bit indices; the file is a regular one of at most
- *                half the machine's memory. */
+ *                65536 corners; corners x concave corners are at most 2^24 for a face, and for a file
+ *                2^26 and 64 for each byte, which bounds the time; a line has 64 KiB, one that lists
+ *                a face 1 MiB; a PLY header 64 KiB; vertices fit 32-bit indices; the file is a
+ *                regular one of at most half the machine's memory. */
 #ifndef CLI_MESH_H
 #define CLI_MESH_H
 

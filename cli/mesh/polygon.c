@@ -232,6 +232,7 @@ static cli_tiling tile_quad(const outline *o, cli_polygon *polygon) {
 cli_tiling cli_polygon_tile(cli_polygon *polygon, uint32_t count) {
     outline o;
     outline_begin(&o, polygon, count);
+    polygon->effort = 0;
     if (!project((const double(*)[3]) polygon->points, count, o.p)) {
         fan(polygon, count);
         return CLI_TILING_UNCLEAN;
@@ -243,6 +244,7 @@ cli_tiling cli_polygon_tile(cli_polygon *polygon, uint32_t count) {
         /* Turning left everywhere but more than once around, like a pentagram: not a tiling. */
         return none_turned(&o, polygon, count) ? CLI_TILING_CLEAN : CLI_TILING_UNCLEAN;
     }
-    if ((uint64_t) count * o.concave_count > CLI_POLYGON_WORK) return CLI_TILING_TOO_LARGE;
+    polygon->effort = (uint64_t) count * o.concave_count;
+    if (polygon->effort > CLI_POLYGON_WORK) return CLI_TILING_TOO_LARGE;
     return tile_ears(&o, polygon, count);
 }

@@ -12,6 +12,7 @@ enum { CLI_POLYGON_CORNERS = 65536, CLI_POLYGON_WORK = 1 << 24 };
 typedef struct cli_polygon {
     double (*points)[3]; /* in: the corners, room for `room` of them */
     uint32_t *triangles; /* out: 3 (count - 2) corner numbers */
+    uint64_t effort;     /* out: corners x concave corners where ears had to be sought, else 0 */
     void *work;
     uint32_t room;
 } cli_polygon;

@@ -138,6 +138,8 @@ void ss_pool_destroy(ss_pool *pool) {
 
 unsigned ss_pool_threads(const ss_pool *pool) { return pool->threads; }
 
+const softshadow_options *ss_pool_options(const ss_pool *pool) { return &pool->host; }
+
 static void run_on_pool(ss_pool *pool, ss_job *job) {
     pthread_mutex_lock(&pool->lock);
     start_workers(pool);

@@ -17,6 +17,8 @@ typedef softshadow_status ss_body(void *ctx, uint64_t begin, uint64_t end);
 softshadow_status ss_pool_create(ss_pool **out, const softshadow_options *options);
 void ss_pool_destroy(ss_pool *pool);
 unsigned ss_pool_threads(const ss_pool *pool);
+/* The host's options as they were given, all zero without any: its log callback for one. */
+const softshadow_options *ss_pool_options(const ss_pool *pool);
 
 /* Calls body for ranges of at most `grain` items that together cover 0..n once. */
 softshadow_status ss_parallel_for(ss_pool *pool, uint64_t n, uint64_t grain, ss_body *body,

@@ -3,16 +3,21 @@ dist_check_SCRIPTS += %D%/layers.sh
 TESTS += %D%/layers.sh
 
 if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/image_file
-TESTS += tests/unit/image_file
+check_PROGRAMS += tests/unit/image_file tests/unit/preview
+TESTS += tests/unit/image_file tests/unit/preview
 tests_unit_image_file_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
 tests_unit_image_file_SOURCES = tests/unit/image_file.c
 tests_unit_image_file_LDADD = libcli.la $(CMOCKA_LIBS)
+tests_unit_preview_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
+tests_unit_preview_SOURCES = tests/unit/preview.c
+tests_unit_preview_LDADD = libcli.la $(CMOCKA_LIBS) -lm
 endif
 
 if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/predicate tests/unit/topology
-TESTS += tests/unit/predicate tests/unit/topology
+check_PROGRAMS += tests/unit/levels tests/unit/predicate tests/unit/topology
+TESTS += tests/unit/levels tests/unit/predicate tests/unit/topology
+tests_unit_levels_SOURCES = %D%/levels.c %D%/shapes.h
+tests_unit_levels_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_predicate_SOURCES = %D%/predicate.c
 tests_unit_predicate_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_topology_SOURCES = %D%/topology.c %D%/shapes.h
