@@ -69,17 +69,21 @@ static bool read_format(cli_builder *builder, format which, bool uvs) {
     }
 }
 
+bool cli_mesh_from_source(const cli_source *source, const char *path, bool uvs, cli_mesh *out,
+                          cli_error *error) {
+    *out = (cli_mesh){.vertex_count = 0};
+    format name = format_of_name(path), content = format_of_content(source);
+    if (!check_format(source, name, content, error)) return false;
+    cli_builder builder = {.source = source, .error = error};
+    bool ok = read_format(&builder, name == UNKNOWN ? content : name, uvs);
+    return cli_builder_end(&builder, ok, out);
+}
+
 static bool read_mesh(const char *path, bool uvs, cli_mesh *out, cli_error *error) {
     cli_source source;
     *out = (cli_mesh){.vertex_count = 0};
     if (!cli_source_read(&source, path, error)) return false;
-    format name = format_of_name(path), content = format_of_content(&source);
-    bool ok = check_format(&source, name, content, error);
-    if (ok) {
-        cli_builder builder = {.source = &source, .error = error};
-        ok = read_format(&builder, name == UNKNOWN ? content : name, uvs);
-        ok = cli_builder_end(&builder, ok, out);
-    }
+    bool ok = cli_mesh_from_source(&source, path, uvs, out, error);
     cli_source_free(&source);
     return ok;
 }

@@ -1,10 +1,14 @@
-/* One reader a format: fills a builder that cli_mesh_read() has begun and will end. Each has been
- * told apart by its signature (cli_mesh_read), checks all the rest, and says false with the error
- * set. Inside cli/mesh only. */
+/* One reader a format: fills a builder that cli_mesh_from_source() ends. That has seen the format's
+ * signature; a reader checks all the rest, and says false with the error set. Inside cli/mesh, and
+ * for fuzzing. */
 #ifndef CLI_MESH_READERS_H
 #define CLI_MESH_READERS_H
 
 #include "mesh/builder.h"
+
+/* What cli_mesh_read() does once the file is in memory; of the path only the ending matters. */
+bool cli_mesh_from_source(const cli_source *source, const char *path, bool uvs, cli_mesh *out,
+                          cli_error *error);
 
 bool cli_read_obj(cli_builder *builder, bool uvs);
 bool cli_read_ply(cli_builder *builder, bool uvs);
