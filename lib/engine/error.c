@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/process.h"
 #include "base/status.h"
 #include "base/vec.h"
 #include "engine/engine.h"
@@ -12,7 +11,6 @@
 #include "trace/rays.h"
 
 #define DEFAULT_SAMPLES 4096
-#define OTHER_SEQUENCE 0x9e3779b9u /* turns the reference's samples away from the method's */
 
 /* A copy of n evenly chosen points: only what a query reads. */
 typedef struct chosen {
@@ -65,37 +63,43 @@ static bool choose(chosen *c, const softshadow_points *from, size_t n) {
     return true;
 }
 
-/* Truth: two independent halves of rays. What the scene lacks for them is made for this call. */
+/* What tracing needs and the build did without, made for one call. */
+typedef struct loan {
+    ss_bvh *bvh;
+    ss_rays *rays;
+} loan;
+
+static softshadow_status borrow(loan *made, ss_stage *stage, ss_pool *pool) {
+    const ss_world *world = stage->world;
+    softshadow_status status = SOFTSHADOW_OK;
+    *made = (loan){0};
+    if (!stage->bvh) status = ss_bvh_build(&made->bvh, world, pool, NULL);
+    if (!status && !stage->rays && world->triangle_count) {
+        status = ss_rays_create(&made->rays, world, pool);
+    }
+    if (made->bvh) stage->bvh = made->bvh;
+    if (made->rays) stage->rays = made->rays;
+    return status;
+}
+
+/* Truth: two halves of rays that share no number with each other or with any method. */
 static softshadow_status trace_truth(softshadow *handle, chosen *c, uint32_t samples) {
-    const ss_technique *technique = &ss_raytrace;
     ss_stage stage = handle->built.stages[c->points.light];
     ss_params params = *stage.params;
-    ss_bvh *bvh = NULL;
-    ss_rays *rays = NULL;
-    softshadow_status status = SOFTSHADOW_OK;
-    if (stage.world->triangle_count && ss_process_forked()) {
-        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "the reference traces rays, which cannot be "
-                                                 "promised here (after fork)");
-    }
-    if (!stage.bvh) status = ss_bvh_build(&bvh, stage.world, handle->pool, NULL);
-    if (!status && !stage.rays && stage.world->triangle_count) {
-        status = ss_rays_create(&rays, stage.world, handle->pool);
-    }
-    if (bvh) stage.bvh = bvh;
-    if (rays) stage.rays = rays;
-    params.samples = samples / 2 + samples % 2;
+    loan made;
+    softshadow_status status = borrow(&made, &stage, handle->pool);
     stage.params = &params;
     for (uint32_t h = 0; h < 2 && !status; h++) {
         ss_totals totals = {0};
         void *state = NULL;
-        params.seed = (stage.params->seed + 1 + h) * OTHER_SEQUENCE;
-        status = ss_raytrace_prepare(&stage, params.samples, SS_SOBOL, &state);
-        const ss_asked asked = {technique, &stage, state};
+        params.seed = handle->built.plan.params.seed + 1 + h;
+        status = ss_raytrace_prepare(&stage, samples / 2 + samples % 2, SS_SOBOL, &state);
+        const ss_asked asked = {&ss_raytrace, &stage, state};
         if (!status) status = ss_engine_ask(handle, &asked, &c->points, c->half[h], &totals);
-        technique->destroy(state);
+        if (state) ss_raytrace.destroy(state);
     }
-    ss_rays_destroy(rays);
-    ss_bvh_destroy(bvh);
+    ss_rays_destroy(made.rays);
+    ss_bvh_destroy(made.bvh);
     return status;
 }
 

@@ -125,7 +125,7 @@ static void draw_scene(picture *pic, ss_contact *contact) {
         draw(pic, t, corner);
     }
     for (uint32_t i = 0; i < contact->tested_count; i++) {
-        draw(pic, contact->tested_triangle[i], contact->tested[i]);
+        draw(pic, contact->near[ss_contact_touched(contact) + i], contact->tested[i]);
     }
 }
 

@@ -3,6 +3,13 @@ dist_check_SCRIPTS += %D%/layers.sh
 TESTS += %D%/layers.sh
 
 if HAVE_CMOCKA
+check_PROGRAMS += tests/unit/base
+TESTS += tests/unit/base
+tests_unit_base_SOURCES = %D%/base.c
+tests_unit_base_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+endif
+
+if HAVE_CMOCKA
 check_PROGRAMS += tests/unit/image_file tests/unit/preview
 TESTS += tests/unit/image_file tests/unit/preview
 tests_unit_image_file_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir) $(CMOCKA_CFLAGS)
