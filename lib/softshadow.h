@@ -41,7 +41,11 @@ extern "C" {
 #endif
 
 #ifndef SOFTSHADOW_API
+#if defined(__GNUC__)
+#define SOFTSHADOW_API __attribute__((visibility("default")))
+#else
 #define SOFTSHADOW_API
+#endif
 #endif
 
 /* The version this header describes: major, minor, patch. softshadow_version() tells what runs. */
