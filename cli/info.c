@@ -50,11 +50,8 @@ static bool ask(info *in, uint32_t id, findings *found, cli_error *error) {
         return library_fails(in, found->path, error);
     for (uint32_t i = 0; i < in->light_count; i++) {
         softshadow_mesh_report report = SOFTSHADOW_MESH_REPORT_INIT;
-        if (softshadow_set_light(in->handle, &in->lights[i]) != SOFTSHADOW_OK) {
-            library_fails(in, in->light_texts[i], error);
-            error->status = CLI_USAGE;
-            return false;
-        }
+        if (softshadow_set_light(in->handle, &in->lights[i]) != SOFTSHADOW_OK)
+            return library_fails(in, in->light_texts[i], error);
         if (softshadow_mesh_info(in->handle, id, &report) != SOFTSHADOW_OK)
             return library_fails(in, found->path, error);
         found->silhouettes[i] = report.silhouette_edges;
@@ -181,19 +178,25 @@ static bool one_mesh(info *in, const char *path, cli_error *error) {
     return fine;
 }
 
+/* A light that is none is wrong for every mesh: said once, before any is read. */
+static bool open_handle(info *in, cli_error *error) {
+    if (softshadow_create(&in->handle, NULL) != SOFTSHADOW_OK)
+        return cli_fail(error, CLI_FAILED, "%s", softshadow_last_message(NULL));
+    for (uint32_t i = 0; i < in->light_count; i++)
+        if (softshadow_set_light(in->handle, &in->lights[i]) != SOFTSHADOW_OK)
+            return cli_fail(error, CLI_USAGE, "--light %s: %s", in->light_texts[i],
+                            softshadow_last_message(in->handle));
+    return true;
+}
+
 /* A mesh that fails is told and does not keep the others from being looked at. */
 static int all_meshes(info *in, char **paths, int count) {
     cli_error error;
     int status = 0;
-    if (softshadow_create(&in->handle, NULL) != SOFTSHADOW_OK) {
-        cli_fail(&error, CLI_FAILED, "%s", softshadow_last_message(NULL));
-        return cli_options_complain("info", &error);
-    }
     if (in->json) cli_text_printf(&in->text, "[");
     for (int i = 0; i < count; i++)
         if (!one_mesh(in, paths[i], &error)) status = cli_options_complain("info", &error);
     if (in->json) cli_text_printf(&in->text, "%s]\n", in->first ? "" : "\n");
-    softshadow_destroy(in->handle);
     return status;
 }
 
@@ -220,19 +223,20 @@ int cli_info(int argc, char **argv) {
     const cli_command command = {
         .name = "info", .usage = "MESH... [--light L] [--json]",
         .about = "Counts what meshes (OBJ, PLY, STL, OFF) are made of, after vertices in the same place\n"
-                 "were taken as one, and whether they are closed. L is " CLI_LIGHT_FORMS ".",
+                 "were taken as one, and whether they are closed. L is\n" CLI_LIGHT_FORMS ".",
         .tables = {own},
         .more = "  softshadow info bunny.obj --light sphere:0,0,8,0.5\n"};
     char **paths;
     int count, status;
+    cli_error error;
     if (!cli_options_parse(&command, argc, argv, &paths, &count, &status)) return status;
     if (count == 0) {
-        cli_error error;
         cli_fail(&error, CLI_USAGE, "a mesh is missing; OBJ, PLY, STL and OFF files are allowed");
         return cli_options_complain("info", &error);
     }
-    status = all_meshes(&in, paths, count);
-    status = print(&in, status);
+    status = open_handle(&in, &error) ? print(&in, all_meshes(&in, paths, count))
+                                      : cli_options_complain("info", &error);
+    softshadow_destroy(in.handle);
     cli_text_free(&in.text);
     return status;
 }
