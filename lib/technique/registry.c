@@ -1,10 +1,12 @@
 #include <string.h>
 
+#include "technique/exact.h"
 #include "technique/raytrace.h"
 #include "technique/technique.h"
 
 /* In the order in which listings show them. */
 const ss_technique *const ss_techniques[] = {
+    &ss_exact,
     &ss_raytrace,
 };
 const uint32_t ss_technique_count = sizeof ss_techniques / sizeof ss_techniques[0];

@@ -61,3 +61,5 @@ tests_unit_silhouette_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
 
 include %D%/mesh.mk
+
+include %D%/exact.mk

@@ -1,0 +1,15 @@
+#include "coverage/group.h"
+
+#include "base/cpu.h"
+#include "config.h"
+
+ss_group_kernel *ss_group_kernel_here(void) {
+#ifdef SS_HAVE_X86
+    switch (ss_cpu_rung()) {
+    case SS_AVX512: return ss_group_avx512;
+    case SS_AVX2: return ss_group_avx2;
+    default: break;
+    }
+#endif
+    return ss_group_scalar;
+}

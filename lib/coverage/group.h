@@ -1,0 +1,48 @@
+/* What hides the light from a group of nearby points: everything between them and the light is found by
+ * one walk through the BVH and drawn, from each point, onto that point's own view of the light.
+ *
+ * A point's view is a projective map: for a caster's vertex X the three numbers
+ *     h = matrix X + shift
+ * are grid x times t, grid y times t, and t: how far along the segments from the point (0) to the light
+ * (1; sun: any length) X lies. Rect, disk, sphere and sun differ in nothing else. */
+#ifndef SS_COVERAGE_GROUP_H
+#define SS_COVERAGE_GROUP_H
+
+#include "coverage/lattice.h"
+#include "trace/bvh.h"
+#include "trace/shaft.h"
+
+#define SS_LANES 16
+
+typedef struct ss_group {
+    _Alignas(64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
+    float shift[3][SS_LANES];
+    float t_near[SS_LANES], t_far[SS_LANES]; /* casters count between them */
+    uint32_t lanes;                          /* a bit for every lane that is asked */
+    uint8_t axis[3]; /* the order in which axes are summed: see ss_axis_order() */
+    ss_shaft shaft;  /* around all lanes asked */
+    const ss_bvh *bvh;
+    const ss_lattice *samples;
+    const uint8_t *tested; /* per world triangle: opacity-tested, or NULL if none is */
+
+    /* Triangles that a lane must not see: found elsewhere. */
+    const uint32_t *skip;
+    const uint16_t *skip_lanes;
+    uint32_t skip_count;
+
+    /* Out. Opacity-tested triangles in the way are not drawn but listed, as far as there is room. */
+    uint32_t *covered; /* [lane][samples->blocks x 16] */
+    uint32_t *listed;
+    uint32_t listed_count, listed_room;
+} ss_group;
+
+typedef void ss_group_kernel(ss_group *group);
+ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
+/* The one for this machine and SOFTSHADOW_CPU; all give the same bits. */
+ss_group_kernel *ss_group_kernel_here(void);
+
+static inline uint32_t *ss_group_mask(const ss_group *group, unsigned lane) {
+    return group->covered + (size_t)lane * group->samples->blocks * SS_BLOCK;
+}
+
+#endif
