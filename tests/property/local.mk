@@ -1,1 +1,30 @@
-# filled by this folder
+# Scenes, oracles and questions: shared by every test that puts methods to the proof. They see the
+# library as a host does: its header and its shared object.
+if HAVE_CMOCKA
+check_LTLIBRARIES += libsoftshadow-proof.la
+libsoftshadow_proof_la_SOURCES = \
+  tests/scenes.c tests/scenes_bench.c tests/scenes.h tests/ask.c tests/ask.h \
+  tests/oracle/closed.c tests/oracle/union.c tests/oracle/brute.c tests/oracle/oracle.h
+libsoftshadow_proof_la_CPPFLAGS = $(PROOF_CPPFLAGS)
+PROOF_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests $(CMOCKA_CFLAGS)
+PROOF_LIBS = libsoftshadow-proof.la libsoftshadow.la $(CMOCKA_LIBS) -lm -lpthread
+
+oracles = tests/oracle/self
+proofs = %D%/closed_forms %D%/relations %D%/bits %D%/inputs %D%/random_scenes
+check_PROGRAMS += $(oracles) $(proofs)
+TESTS += $(oracles) $(proofs)
+
+tests_oracle_self_CPPFLAGS = $(PROOF_CPPFLAGS)
+tests_oracle_self_LDADD = $(PROOF_LIBS)
+%C%_closed_forms_SOURCES = %D%/closed_forms.c %D%/truth.h
+%C%_closed_forms_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_closed_forms_LDADD = $(PROOF_LIBS)
+%C%_relations_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_relations_LDADD = $(PROOF_LIBS)
+%C%_bits_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_bits_LDADD = $(PROOF_LIBS)
+%C%_inputs_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_inputs_LDADD = $(PROOF_LIBS)
+%C%_random_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_random_scenes_LDADD = $(PROOF_LIBS)
+endif
