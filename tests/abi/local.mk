@@ -1,1 +1,42 @@
-# filled by this folder
+# The contract: what a host may do to the library and what the library may do to a host.
+scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh
+dist_check_SCRIPTS += $(scripts)
+TESTS += $(scripts)
+
+hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign
+check_PROGRAMS += $(hosts) %D%/host_state
+TESTS += $(hosts)
+EXTRA_DIST += %D%/plain.h
+HOST_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests
+
+# Knows the library by its file name only.
+%C%_dlopen_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_dlopen_LDADD = -ldl
+%C%_fork_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_fork_LDADD = libsoftshadow.la
+# Exported: what these hosts define stands before what libraries bring.
+EXPORTING = $(AM_CFLAGS) -fvisibility=default
+%C%_missing_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_missing_LDADD = libsoftshadow.la -ldl
+%C%_missing_CFLAGS = $(EXPORTING)
+%C%_missing_LDFLAGS = -export-dynamic
+%C%_foreign_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_foreign_LDADD = libsoftshadow.la
+%C%_foreign_CFLAGS = $(EXPORTING)
+%C%_foreign_LDFLAGS = -export-dynamic
+%C%_host_state_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_host_state_LDADD = libsoftshadow.la -lm -lpthread
+
+if HAVE_CMOCKA
+contracts = %D%/arguments %D%/handles %D%/memory
+check_PROGRAMS += $(contracts)
+TESTS += $(contracts)
+%C%_arguments_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_arguments_LDADD = $(PROOF_LIBS)
+%C%_handles_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_handles_LDADD = $(PROOF_LIBS)
+%C%_memory_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_memory_LDADD = $(PROOF_LIBS) -ldl
+%C%_memory_CFLAGS = $(EXPORTING) -fexceptions
+%C%_memory_LDFLAGS = -export-dynamic
+endif

@@ -1,0 +1,257 @@
+/* Memory runs out once, at every single place where the library asks for it: the call answers E_MEMORY,
+ * or does without; nothing crashes or leaks; and the handle then gives the right bits.
+ *
+ * This program's own malloc and operator new stand before the C library's. They count, and fail, only
+ * calls that come from libsoftshadow's text; what Embree and TBB ask for is theirs. */
+#define _GNU_SOURCE /* RTLD_NEXT, dl_iterate_phdr */
+#include <dlfcn.h>
+#include <link.h>
+#include <malloc.h>
+#include <pthread.h>
+
+#include "ask.h"
+
+enum { SKIP = 77, N = 256 };
+
+/* ---- The allocator before the allocator ---------------------------------------------------------*/
+
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+extern void *__libc_memalign(size_t, size_t);
+extern void __libc_free(void *);
+
+static uintptr_t text_low, text_high;
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static long calls, fail_at, failures; /* of the library, since arm() */
+static __thread bool fail_next;       /* below operator new */
+
+/* What the library holds: open addressing, NULL free, 1 removed. */
+enum { SLOTS = 1 << 16 };
+static void *held[SLOTS];
+static long held_count;
+
+static void hold(void *memory) {
+    size_t slot = ((uintptr_t)memory >> 4) % SLOTS;
+    while ((uintptr_t)held[slot] > 1) slot = (slot + 1) % SLOTS;
+    held[slot] = memory, held_count++;
+}
+
+static void let_go(void *memory) {
+    size_t slot = ((uintptr_t)memory >> 4) % SLOTS;
+    for (int i = 0; i < SLOTS && held[slot]; i++, slot = (slot + 1) % SLOTS) {
+        if (held[slot] != memory) continue;
+        held[slot] = (void *)1, held_count--;
+        return;
+    }
+}
+
+static bool is_ours(const void *caller) {
+    return (uintptr_t)caller >= text_low && (uintptr_t)caller < text_high;
+}
+
+/* One request of the library: is it the one to fail? */
+static bool refuse(void) {
+    pthread_mutex_lock(&lock);
+    const bool now = ++calls == fail_at;
+    failures += now;
+    pthread_mutex_unlock(&lock);
+    return now;
+}
+
+static void *given(const void *caller, void *memory) {
+    if (memory && is_ours(caller)) {
+        pthread_mutex_lock(&lock);
+        hold(memory);
+        pthread_mutex_unlock(&lock);
+    }
+    return memory;
+}
+
+/* Once: the exception that follows wants memory too. */
+static bool told_to_fail(void) {
+    const bool now = fail_next;
+    fail_next = false;
+    return now;
+}
+
+#define CALLER __builtin_return_address(0)
+#define REFUSE (told_to_fail() || (is_ours(CALLER) && refuse()))
+
+void *malloc(size_t size) { return REFUSE ? NULL : given(CALLER, __libc_malloc(size)); }
+void *calloc(size_t n, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_calloc(n, size)); }
+void *memalign(size_t to, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size)); }
+void *aligned_alloc(size_t to, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size)); }
+
+int posix_memalign(void **out, size_t to, size_t size) {
+    if (REFUSE) return 12; /* ENOMEM */
+    *out = given(CALLER, __libc_memalign(to, size));
+    return *out ? 0 : 12;
+}
+
+void free(void *memory) {
+    if (memory && held_count) {
+        pthread_mutex_lock(&lock);
+        let_go(memory);
+        pthread_mutex_unlock(&lock);
+    }
+    __libc_free(memory);
+}
+
+void *realloc(void *old, size_t size) {
+    if (REFUSE) return NULL;
+    if (old && held_count) {
+        pthread_mutex_lock(&lock);
+        let_go(old);
+        pthread_mutex_unlock(&lock);
+    }
+    return given(CALLER, __libc_realloc(old, size));
+}
+
+/* Shims in C++ ask operator new, which asks malloc and throws: let it. */
+void *_Znwm(size_t size);
+void *_Znwm(size_t size) {
+    static void *(*real)(size_t);
+    if (!real) *(void **)&real = dlsym(RTLD_NEXT, "_Znwm");
+    if (!real) return __libc_malloc(size); /* no C++ yet */
+    if (!is_ours(CALLER)) return real(size);
+    fail_next = refuse();
+    return given(CALLER, real(size)); /* may throw through this frame: -fexceptions */
+}
+
+static int find_text(struct dl_phdr_info *info, size_t size, void *unused) {
+    (void)size, (void)unused;
+    if (!strstr(info->dlpi_name, "libsoftshadow.so")) return 0;
+    for (int i = 0; i < info->dlpi_phnum; i++) {
+        const ElfW(Phdr) *h = &info->dlpi_phdr[i];
+        if (h->p_type != PT_LOAD || !(h->p_flags & PF_X)) continue;
+        text_low = info->dlpi_addr + h->p_vaddr, text_high = text_low + h->p_memsz;
+    }
+    return 1;
+}
+
+/* ---- The work whose every allocation fails ------------------------------------------------------*/
+
+typedef struct work {
+    const char *method;
+    scene_mesh mesh;
+    softshadow_light light;
+    double points[N][3];
+    float want[N];
+    uint32_t threads;
+} work;
+
+static void arm(long at) {
+    pthread_mutex_lock(&lock);
+    calls = 0, failures = 0, fail_at = at;
+    pthread_mutex_unlock(&lock);
+}
+
+static bool acceptable(softshadow_status status) {
+    return status == SOFTSHADOW_OK || status == SOFTSHADOW_E_MEMORY;
+}
+
+static softshadow_status add(softshadow *handle, const work *w) {
+    const softshadow_mesh mesh = ask_mesh(&w->mesh);
+    softshadow_status status = softshadow_add_mesh(handle, &mesh, NULL);
+    if (!status) status = softshadow_set_light(handle, &w->light);
+    return status;
+}
+
+static softshadow_status build_and_ask(softshadow *handle, const work *w, float *v) {
+    softshadow_build build = SOFTSHADOW_BUILD_INIT;
+    build.method = w->method, build.samples = 256;
+    softshadow_status status = softshadow_build_maps(handle, &build);
+    const softshadow_points points = ask_points((const double(*)[3])w->points, N);
+    if (!status) status = softshadow_query_visibility(handle, &points, v);
+    return status;
+}
+
+static softshadow_status look(softshadow *handle, const work *w) {
+    softshadow_mesh_report report = SOFTSHADOW_MESH_REPORT_INIT;
+    softshadow_status status = softshadow_mesh_info(handle, 0, &report);
+    softshadow_explanation explanation = SOFTSHADOW_EXPLANATION_INIT;
+    explanation.size = 8;
+    if (!status) status = softshadow_explain(handle, &explanation);
+    softshadow_error error = SOFTSHADOW_ERROR_INIT;
+    error.samples = 64, error.max_points = 16;
+    const softshadow_points points = ask_points((const double(*)[3])w->points, N);
+    if (!status) status = softshadow_measure_error(handle, &points, &error);
+    return status;
+}
+
+/* Everything once; the k-th allocation fails. Returns whether there was a k-th. */
+static bool run(work *w, long k) {
+    softshadow_options options = SOFTSHADOW_OPTIONS_INIT;
+    options.threads = w->threads;
+    softshadow *handle = NULL;
+    static float v[N];
+    arm(k);
+    softshadow_status status = softshadow_create(&handle, &options);
+    CHECK(acceptable(status) && (handle != NULL) == (status == SOFTSHADOW_OK), "create, allocation %ld: %s", k,
+          softshadow_status_name(status));
+    if (!status) status = add(handle, w);
+    const bool added = !status;
+    CHECK(acceptable(status), "add, allocation %ld: %s", k, softshadow_status_name(status));
+    if (!status) status = build_and_ask(handle, w, v);
+    CHECK(acceptable(status), "build and ask, allocation %ld: %s: %s", k, softshadow_status_name(status),
+          softshadow_last_message(handle));
+    if (!status) ask_same_bits(w->want, v, N, "with one allocation less");
+    if (!status) status = look(handle, w);
+    CHECK(acceptable(status), "looking inside, allocation %ld: %s: %s", k, softshadow_status_name(status),
+          softshadow_last_message(handle));
+    const bool failed = failures > 0;
+    CHECK(failed || status == SOFTSHADOW_OK, "%s with all the memory it wants", softshadow_last_message(handle));
+    arm(0);
+    if (handle) { /* and now with memory */
+        if (!added) {
+            softshadow_remove_mesh(handle, 0); /* the light may be what failed */
+            OK(handle, add(handle, w));
+        }
+        OK(handle, build_and_ask(handle, w, v));
+        ask_same_bits(w->want, v, N, "after running out of memory");
+    }
+    softshadow_destroy(handle);
+    return failed;
+}
+
+static void every_allocation_fails_once(void **state) {
+    work w = {.method = *state, .light = scene_sphere_light(0.2, 0.1, 6, 1)};
+    scene_garbage(&w.mesh, 3);
+    scene_icosphere(&w.mesh, (const double[3]){0, 0, 2}, 0.7, 1, 0);
+    scene_grid(w.points, 16, -2, 2, -2, 2, 0);
+    static const float profile[3] = {1, 0.8f, 0.4f};
+    w.light.profile = profile, w.light.profile_count = 3;
+    for (w.threads = 1; w.threads <= 2; w.threads++) {
+        softshadow *handle = NULL;
+        arm(0);
+        OK(NULL, softshadow_create(&handle, NULL));
+        OK(handle, add(handle, &w));
+        OK(handle, build_and_ask(handle, &w, w.want));
+        softshadow_destroy(handle);
+        (void)run(&w, 0); /* warm: whatever is made once per process is there now */
+        const long before = held_count;
+        long k = 1;
+        while (run(&w, k)) {
+            CHECK(held_count == before, "allocation %ld: %ld blocks leaked", k, held_count - before);
+            k++;
+            CHECK(k < 5000, "too many allocations for a small scene");
+        }
+        print_message("           %u threads: %ld allocations, each failed once\n", w.threads, k - 1);
+        CHECK(k > 10, "only %ld allocations were seen: the test sees nothing", k - 1);
+    }
+    scene_free(&w.mesh);
+}
+
+int main(void) {
+    const char *sanitizers = getenv("SANITIZERS");
+    if (sanitizers && *sanitizers) {
+        fprintf(stderr, "SKIPPED: sanitizers (%s) bring an allocator of their own\n", sanitizers);
+        return SKIP;
+    }
+    dl_iterate_phdr(find_text, NULL);
+    if (!text_high) {
+        fprintf(stderr, "libsoftshadow.so is not loaded: is this linked statically?\n");
+        return 99;
+    }
+    const ask_test tests[] = {{"every allocation fails once", every_allocation_fails_once, NULL}};
+    return ask_run("memory", tests, 1);
+}
