@@ -1,7 +1,7 @@
 /* based on: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
- * Predicates", 1997: the filter of its orient3d, and exact sums as expansions. Two stages instead of
- * its four: what the filter leaves open is nearly always exactly zero, where the stages between give
- * no answer either. */
+ * Predicates", 1997: the filter of its orient3d, and exact sums as expansions. Two stages instead
+ * of its four: what the filter leaves open is nearly always exactly zero, where the stages between
+ * give no answer either. */
 #include "base/predicate.h"
 
 #include <math.h>

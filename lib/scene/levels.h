@@ -7,15 +7,15 @@
 
 #define SS_LEVELS_MOST 3
 
-/* A level has about a quarter of the triangles of the one before it (of the mesh itself, for the first).
- * What is closed in the mesh is closed in the level. The level's surface lies on both sides of the
- * mesh's. */
+/* A level has about a quarter of the triangles of the one before it (of the mesh itself, for the
+ * first). What is closed in the mesh is closed in the level. The level's surface lies on both sides
+ * of the mesh's. */
 typedef struct ss_level {
     float *vertices;   /* vertex_count x 3, local, padded by 16 bytes */
     uint32_t *indices; /* triangle_count x 3, into this level's vertices */
     size_t vertex_count, triangle_count;
-    /* Distances of the mesh's own vertices from the level's surface, local units: root mean square and
-     * largest. 4 x RMS is what a depth slab takes for the level's deviation. */
+    /* Distances of the mesh's own vertices from the level's surface, local units: root mean square
+     * and largest. 4 x RMS is what a depth slab takes for the level's deviation. */
     double deviation_rms, deviation_max;
 } ss_level;
 

@@ -1,5 +1,5 @@
-/* One file: a header, per level its sizes, then the arrays, then a hash of all that. Numbers are in the
- * machine's own order; the magic number reads differently on a machine with another. */
+/* One file: a header, per level its sizes, then the arrays, then a hash of all that. Numbers are in
+ * the machine's own order; the magic number reads differently on a machine with another. */
 #define _GNU_SOURCE /* mkostemp, secure_getenv */
 #include "topology/cache.h"
 
@@ -17,7 +17,7 @@
 
 #define MAGIC UINT64_C(0x31564c574f444148) /* HADOWLV1 */
 /* Grows with the file's form and with anything that changes what a build makes. */
-#define VERSION 1
+#define VERSION   1
 #define PATH_SIZE 4096
 
 typedef struct header {
@@ -51,8 +51,9 @@ const char *ss_cache_directory(void) {
 
 static bool path_of(char path[PATH_SIZE], const char *directory, const ss_cache_key *key,
                     const char *ending) {
-    const int n = snprintf(path, PATH_SIZE, "%s/%016llx%016llx%s", directory,
-                           (unsigned long long)key->hash.a, (unsigned long long)key->hash.b, ending);
+    const int n =
+        snprintf(path, PATH_SIZE, "%s/%016llx%016llx%s", directory, (unsigned long long)key->hash.a,
+                 (unsigned long long)key->hash.b, ending);
     return n > 0 && n < PATH_SIZE;
 }
 
@@ -63,7 +64,7 @@ static size_t level_bytes(const level_header *level) {
 
 /* ---- Reading ---- */
 
-/* The bytes of a plain file of a size that is possible; NULL with a reason (none: there is no file). */
+/* The bytes of a plain file of a possible size; NULL with a reason, without one: no such file. */
 static unsigned char *read_file(const char *path, size_t most, size_t *size, const char **why) {
     unsigned char *bytes = NULL;
     struct stat info;
@@ -72,10 +73,12 @@ static unsigned char *read_file(const char *path, size_t most, size_t *size, con
     *why = file < 0 && errno != ENOENT ? strerror(errno) : NULL;
     if (file < 0) return NULL;
     size_t got = 0;
-    if (fstat(file, &info) != 0 || !S_ISREG(info.st_mode)) *why = "is not a file";
+    if (fstat(file, &info) != 0 || !S_ISREG(info.st_mode))
+        *why = "is not a file";
     else if (info.st_size < (off_t)sizeof(file_header) || (uint64_t)info.st_size > most) {
         *why = "has an impossible size";
-    } else if (!(bytes = ss_alloc((size_t)info.st_size, 1))) *why = "is too large for memory";
+    } else if (!(bytes = ss_alloc((size_t)info.st_size, 1)))
+        *why = "is too large for memory";
     while (bytes && got < (size_t)info.st_size) {
         const ssize_t n = read(file, bytes + got, (size_t)info.st_size - got);
         if (n < 0 && errno == EINTR) continue;
@@ -83,7 +86,8 @@ static unsigned char *read_file(const char *path, size_t most, size_t *size, con
             *why = n < 0 ? strerror(errno) : "became shorter";
             ss_free(bytes);
             bytes = NULL;
-        } else got += (size_t)n;
+        } else
+            got += (size_t)n;
     }
     close(file);
     *size = got;
@@ -172,9 +176,9 @@ bool ss_cache_load(const char *directory, const ss_cache_key *key, ss_mesh_level
     const char *why;
     *out = (ss_mesh_levels){0};
     if (!path_of(path, directory, key, ".levels")) return false;
-    const size_t most = sizeof(file_header) + sizeof(ss_hash) +
-                        SS_LEVELS_MOST * sizeof(float[3]) *
-                            (size_t)(key->vertex_count + key->triangle_count);
+    const size_t most =
+        sizeof(file_header) + sizeof(ss_hash) +
+        SS_LEVELS_MOST * sizeof(float[3]) * (size_t)(key->vertex_count + key->triangle_count);
     unsigned char *bytes = read_file(path, most, &size, &why);
     if (bytes) why = parse(bytes, size, key, out);
     if (why) {
@@ -232,8 +236,10 @@ static bool write_aside(char aside[PATH_SIZE], const char *path, const void *byt
     if (file < 0) return false;
     bool good = put(file, bytes, size);
     const int reason = errno;
-    if (close(file) != 0) good = false;
-    else errno = reason;
+    if (close(file) != 0)
+        good = false;
+    else
+        errno = reason;
     if (good) good = rename(aside, path) == 0;
     if (!good) {
         const int kept = errno;

@@ -17,7 +17,7 @@ typedef struct ss_cache_key {
 /* The directory, or NULL: no cache. */
 const char *ss_cache_directory(void);
 
-/* False where there is no such file or something is wrong with it, which is logged and never fatal. */
+/* False where there is no such file. Also where something is wrong with it: that is logged. */
 bool ss_cache_load(const char *directory, const ss_cache_key *key, ss_mesh_levels *out,
                    const softshadow_options *host);
 /* Written aside and renamed: readers see a whole file or none. Failure is logged, never fatal. */

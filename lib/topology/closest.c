@@ -1,5 +1,5 @@
-/* A complete binary tree of boxes over triangles in Morton order: node i has the children 2i and 2i + 1,
- * so there is nothing to link and little to build. */
+/* A complete binary tree of boxes over triangles in Morton order. The children of node i are 2i and
+ * 2i + 1, so there is nothing to link and little to build. */
 #include "topology/closest.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include "base/status.h"
 #include "base/vec.h"
 
-#define LEAF 4 /* triangles */
+#define LEAF  4 /* triangles */
 #define DEPTH 32
 
 typedef struct box {
@@ -92,7 +92,8 @@ static void fit_boxes(ss_closest *c) {
     }
     for (size_t i = c->leaves - 1; i > 0; i--) {
         for (size_t side = 0; side < 2; side++) {
-            if (c->boxes[2 * i + side].low[0] > c->boxes[2 * i + side].high[0]) continue; /* empty */
+            if (c->boxes[2 * i + side].low[0] > c->boxes[2 * i + side].high[0])
+                continue; /* empty */
             grow(&c->boxes[i], c->boxes[2 * i + side].low);
             grow(&c->boxes[i], c->boxes[2 * i + side].high);
         }
@@ -145,8 +146,8 @@ static double to_segment(const double a[3], const double ab[3]) { /* from the or
     return ss_dot(q, q);
 }
 
-/* The smaller of best and the squared distance. Over the inside of the triangle its plane counts, else
- * the nearest of those sides that p lies beyond (the nearest corner is an end of one). */
+/* The smaller of best and the squared distance. Over the inside of the triangle its plane counts,
+ * else the nearest of those sides that p lies beyond (the nearest corner is an end of one). */
 static double to_triangle(const ss_closest *c, uint32_t t, const float p[3], double best) {
     double a[3][3], side[3][3], n[3];
     for (size_t i = 0; i < 3; i++) {
@@ -191,7 +192,8 @@ double ss_closest_distance2(const ss_closest *c, const float p[3], double best, 
             }
             continue;
         }
-        const float left = to_box(&c->boxes[2 * node], p), right = to_box(&c->boxes[2 * node + 1], p);
+        const float left = to_box(&c->boxes[2 * node], p),
+                    right = to_box(&c->boxes[2 * node + 1], p);
         const size_t far = right > left; /* the far one is pushed first */
         stack[depth].node = 2 * node + far, stack[depth++].distance2 = far ? right : left;
         stack[depth].node = 2 * node + !far, stack[depth++].distance2 = far ? left : right;

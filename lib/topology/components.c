@@ -1,4 +1,6 @@
-/* Components: triangles connected by edges, by union-find. The lowest triangle is the root of each. */
+/* Components: triangles connected by edges, by union-find. The root of each is its lowest triangle.
+ * They are closed where every edge is used equally often both ways: a sum over uses, which takes
+ * complex edges as well as plain ones. */
 #include "base/memory.h"
 #include "base/status.h"
 #include "topology/edges.h"
@@ -10,8 +12,10 @@ static uint32_t root_of(uint32_t *parent, uint32_t t) {
 
 static void join(uint32_t *parent, uint32_t a, uint32_t b) {
     a = root_of(parent, a), b = root_of(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
+    if (a < b)
+        parent[b] = a;
+    else
+        parent[a] = b;
 }
 
 static void join_over_edges(ss_topology *out) {
@@ -29,9 +33,12 @@ static void join_over_edges(ss_topology *out) {
 static uint32_t number(ss_topology *out) {
     uint32_t *parent = out->triangle_component, count = 0;
     for (size_t t = 0; t < out->triangle_count; t++) {
-        if (out->triangle_edges[3 * t] == SS_NO_EDGE) parent[t] = SS_NO_COMPONENT;
-        else if (parent[t] == t) parent[t] = count++;
-        else parent[t] = parent[parent[t]];
+        if (out->triangle_edges[3 * t] == SS_NO_EDGE)
+            parent[t] = SS_NO_COMPONENT;
+        else if (parent[t] == t)
+            parent[t] = count++;
+        else
+            parent[t] = parent[parent[t]];
     }
     return count;
 }
@@ -46,7 +53,8 @@ static void gather(ss_topology *out) {
         const uint32_t c = out->triangle_component[t];
         if (c == SS_NO_COMPONENT) continue;
         ss_component *component = &out->components[c];
-        if (component->triangle_count++ == 0) component->first_triangle = t, component->closed = true;
+        if (component->triangle_count++ == 0)
+            component->first_triangle = t, component->closed = true;
     }
     for (size_t e = 0; e < out->edge_count; e++) {
         const ss_edge *edge = out->edges + e;

@@ -11,11 +11,11 @@
 #include "topology/simplify.h"
 #include "topology/weld.h"
 
-#define RATIO 4
-#define GRAIN 4096     /* vertices a task measures: about 4 ms */
-#define MOST_RIM 0.3   /* leaves of two triangles have 0.8, a sheet of n x n squares 1.3 / n */
-#define TOO_MANY 1.5   /* times the triangles wanted: such a level is not worth having */
-#define PADDING 4      /* floats behind the last vertex */
+#define RATIO    4
+#define GRAIN    4096 /* vertices a task measures: about 4 ms */
+#define MOST_RIM 0.3  /* leaves of two triangles have 0.8, a sheet of n x n squares 1.3 / n */
+#define TOO_MANY 1.5  /* times the triangles wanted: such a level is not worth having */
+#define PADDING  4    /* floats behind the last vertex */
 
 /* Compact welded triangles. */
 typedef struct welded {
@@ -34,7 +34,7 @@ static void float_place(const void *ctx, size_t i, double out[3]) {
     for (int k = 0; k < 3; k++) out[k] = vertex[k];
 }
 
-/* Numbers welded vertices by first use, which keeps neighbours together. weld becomes the numbers. */
+/* Numbers welded vertices by first use, which keeps neighbours together. */
 static void compact(welded *w, const float *vertices, const ss_corners *corners, uint32_t *number) {
     for (size_t t = 0; t < corners->triangle_count; t++) {
         uint32_t c[3];
@@ -114,8 +114,8 @@ static softshadow_status measure_vertices(void *ctx, uint64_t begin, uint64_t en
 static softshadow_status measure_level(ss_level *level, const welded *from,
                                        const ss_simplifier *simplifier, ss_pool *pool) {
     ss_closest *closest;
-    softshadow_status status = ss_closest_create(&closest, level->vertices, level->indices,
-                                                 level->triangle_count);
+    softshadow_status status =
+        ss_closest_create(&closest, level->vertices, level->indices, level->triangle_count);
     if (status != SOFTSHADOW_OK) return status;
     measure m = {from, level, simplifier, closest, NULL};
     m.distance2 = ss_alloc(from->vertex_count, sizeof *m.distance2);
@@ -148,13 +148,13 @@ static softshadow_status read_level(ss_level *level, const ss_simplifier *s) {
 static softshadow_status add_levels(ss_mesh_levels *out, const welded *w, ss_simplifier *s,
                                     ss_pool *pool, ss_progress *progress) {
     size_t target = w->triangle_count;
+    if (ss_simplifier_rim(s) > MOST_RIM) return SOFTSHADOW_OK;
     while (out->count < SS_LEVELS_MOST) {
         target /= RATIO;
         softshadow_status status = ss_simplify(s, target, progress);
         if (status != SOFTSHADOW_OK) return status;
         const size_t got = ss_simplifier_triangles(s);
         if (got == 0 || (double)got > TOO_MANY * (double)target) return SOFTSHADOW_OK;
-        if (ss_simplifier_rim(s) > MOST_RIM) return SOFTSHADOW_OK;
         ss_level *level = &out->level[out->count++];
         status = read_level(level, s);
         if (status == SOFTSHADOW_OK) status = measure_level(level, w, s, pool);
@@ -171,8 +171,8 @@ softshadow_status ss_decimate(ss_mesh_levels *out, const float *vertices, size_t
     ss_simplifier *s = NULL;
     softshadow_status status = weld(&w, vertices, vertex_count, indices, triangle_count);
     if (status == SOFTSHADOW_OK) {
-        status = ss_simplifier_create(&s, w.vertices, w.vertex_count, w.triangles,
-                                      w.triangle_count, pool);
+        status = ss_simplifier_create(&s, w.vertices, w.vertex_count, w.triangles, w.triangle_count,
+                                      pool);
     }
     if (status == SOFTSHADOW_OK) status = add_levels(out, &w, s, pool, progress);
     if (status != SOFTSHADOW_OK) ss_mesh_levels_free(out);

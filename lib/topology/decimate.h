@@ -7,8 +7,8 @@
 #include "base/parallel.h"
 #include "scene/levels.h"
 
-/* Fills *out, which owns what it holds; none where the mesh is a soup. Vertices that no triangle uses
- * do not count. */
+/* Fills *out, which owns what it holds; none where the mesh is a soup. Vertices that no triangle
+ * uses do not count. */
 softshadow_status ss_decimate(ss_mesh_levels *out, const float *vertices, size_t vertex_count,
                               const uint32_t *indices, size_t triangle_count, ss_pool *pool,
                               ss_progress *progress);

@@ -1,5 +1,5 @@
-/* The edge table by a counting sort: uses are scattered to the lower vertex of their edge, then each
- * vertex sorts its few. Vertices are independent, so that part runs in parallel; scattering in
+/* The edge table by a counting sort: uses are scattered to the lower vertex of their edge, then
+ * each vertex sorts its few. Vertices are independent, so that part runs in parallel; scattering in
  * triangle order and sorting by distinct keys make the result the same on any number of threads. */
 #include "topology/edges.h"
 

@@ -1,5 +1,5 @@
 /* Two 64-bit lanes that take a word each and then feed each other. Every step is a bijection of the
- * lanes for fixed words and of a word for fixed lanes, so that one changed word never goes unseen. */
+ * lanes for fixed words and of a word for fixed lanes: one changed word never goes unseen. */
 #include "topology/hash.h"
 
 #include <string.h>

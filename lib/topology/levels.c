@@ -1,5 +1,5 @@
-/* Levels of every mesh: from the cache or made, in a frame of the mesh's own (before its transform), then
- * put where the mesh is in this world. */
+/* Levels of every mesh: from the cache or made, in a frame of the mesh's own (before its
+ * transform), then put where the mesh is in this world. */
 #include "topology/levels.h"
 
 #include <math.h>
@@ -68,7 +68,8 @@ static float *frame_vertices(const ss_mesh *plain, const frame *f) {
     for (size_t v = 0; vertices && v < plain->vertex_count; v++) {
         double p[3];
         ss_mesh_vertex(plain, v, p);
-        for (int k = 0; k < 3; k++) vertices[3 * v + (size_t)k] = (float)((p[k] - f->low[k]) * f->scale);
+        for (int k = 0; k < 3; k++)
+            vertices[3 * v + (size_t)k] = (float)((p[k] - f->low[k]) * f->scale);
     }
     return vertices;
 }
@@ -105,7 +106,8 @@ static double stretch(const ss_mesh *mesh) {
         double sum = 0;
         for (int j = 0; j < 3; j++) {
             double dot = 0;
-            for (int k = 0; k < 3; k++) dot += mesh->transform[4 * k + i] * mesh->transform[4 * k + j];
+            for (int k = 0; k < 3; k++)
+                dot += mesh->transform[4 * k + i] * mesh->transform[4 * k + j];
             sum += fabs(dot);
         }
         most = fmax(most, sum);
@@ -204,8 +206,10 @@ softshadow_status ss_levels_build(const ss_world *world, ss_pool *pool, ss_progr
     b.out = ss_alloc(1, sizeof *b.out);
     if (!b.out) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for coarser levels");
     const softshadow_status status = build(&b);
-    if (status == SOFTSHADOW_OK) *out = b.out;
-    else ss_levels_destroy(b.out);
+    if (status == SOFTSHADOW_OK)
+        *out = b.out;
+    else
+        ss_levels_destroy(b.out);
     return status;
 }
 

@@ -1,8 +1,9 @@
 /* Coarser levels of the world's meshes (scene/levels.h), and their cache on disk.
  *
- * If the environment variable SOFTSHADOW_CACHE names a directory, levels are kept there, one file per
- * mesh, named by a hash of its positions (before the transform) and indices: they survive moves of the
- * mesh, the light and everything else. Files may come and go at any time and are never trusted. */
+ * If the environment variable SOFTSHADOW_CACHE names a directory, levels are kept there, one file
+ * per mesh, named by a hash of its positions (before the transform) and indices: they survive moves
+ * of the mesh, the light and everything else. Files may come and go at any time and are never
+ * trusted. */
 #ifndef SS_TOPOLOGY_LEVELS_H
 #define SS_TOPOLOGY_LEVELS_H
 

@@ -1,5 +1,5 @@
-/* The only file that includes OpenMesh (its core: no readers, no writers). Every function catches all
- * and says what happened as a status. */
+/* The only file that includes OpenMesh (its core: no readers, no writers). Every function catches
+ * all and says what happened as a status. */
 #include "topology/openmesh.h"
 
 #include <mutex>
@@ -17,8 +17,8 @@ namespace {
 
 typedef OpenMesh::TriConnectivity mesh_type;
 
-/* OpenMesh prints what it refuses. Its streams belong to the process, and a host may use them too: they
- * are silenced while we work and left as they were. */
+/* OpenMesh prints what it refuses. Its streams belong to the process, and a host may use them too:
+ * they are silenced while we work and left as they were. */
 class silence {
   public:
     silence() : lock_(mutex()) {
@@ -40,7 +40,9 @@ class silence {
         static std::mutex one;
         return one;
     }
-    static OpenMesh::mostream &stream(int i) { return i == 0 ? omerr() : i == 1 ? omlog() : omout(); }
+    static OpenMesh::mostream &stream(int i) {
+        return i == 0 ? omerr() : i == 1 ? omlog() : omout();
+    }
 
     std::lock_guard<std::mutex> lock_;
     bool enabled_[3];

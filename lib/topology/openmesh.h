@@ -1,4 +1,5 @@
-/* OpenMesh behind a C header: nothing of it is seen outside openmesh.cc, nothing is thrown or printed. */
+/* OpenMesh behind a C header: nothing of it is seen outside openmesh.cc, nothing is thrown or
+ * printed. */
 #ifndef SS_TOPOLOGY_OPENMESH_H
 #define SS_TOPOLOGY_OPENMESH_H
 
@@ -13,7 +14,7 @@ extern "C" {
 
 /* What half-edges say about triangles (three welded corners each, degenerate ones left out). */
 typedef struct ss_halfedges {
-    uint64_t refused; /* triangles at an edge or a vertex too complex for half-edges: not counted below */
+    uint64_t refused; /* triangles where an edge or a vertex is too complex: not counted below */
     uint64_t edges, boundary_edges;
     uint64_t nonmanifold_vertices; /* more than one fan */
     uint64_t components;

@@ -1,5 +1,5 @@
 /* Sums of squared distances to planes, as polynomials of the point.
- * based on: M. Garland, P. S. Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997. */
+ * based on: M. Garland, P. S. Heckbert, "Surface Simplification Using Quadric Error Metrics" */
 #ifndef SS_TOPOLOGY_QUADRIC_H
 #define SS_TOPOLOGY_QUADRIC_H
 
@@ -43,10 +43,10 @@ static inline double ss_quadric_at(const ss_quadric *q, const double x[3]) {
 
 static inline double ss_quadric_trace(const ss_quadric *q) { return q->a[0] + q->a[3] + q->a[5]; }
 
-/* The minimum, drawn towards x by `pull` (> 0: also where planes leave a direction free); moves x. */
+/* Moves x to the minimum, held back by `pull` > 0 (and so also where planes leave it free). */
 static inline void ss_quadric_descend(const ss_quadric *q, double pull, double x[3]) {
-    const double xx = q->a[0] + pull, xy = q->a[1], xz = q->a[2], yy = q->a[3] + pull,
-                 yz = q->a[4], zz = q->a[5] + pull;
+    const double xx = q->a[0] + pull, xy = q->a[1], xz = q->a[2], yy = q->a[3] + pull, yz = q->a[4],
+                 zz = q->a[5] + pull;
     double g[3];
     ss_quadric_slope(q, x, g);
     const double c0 = yy * zz - yz * yz, c1 = xz * yz - xy * zz, c2 = xy * yz - xz * yy;

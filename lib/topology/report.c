@@ -1,5 +1,5 @@
-/* What a mesh is made of. Half-edges (OpenMesh) answer where they can hold every triangle; where they
- * refuse one, at an edge of three triangles say, the edge table answers, which takes anything. */
+/* What a mesh is made of. Half-edges (OpenMesh) answer where they can hold every triangle. Where
+ * they refuse one, as at an edge of three, the edge table answers, which takes anything. */
 #include <string.h>
 
 #include "base/memory.h"
@@ -24,7 +24,7 @@ static softshadow_status no_memory(const reporter *r) {
 }
 
 static void double_place(const void *ctx, size_t i, double out[3]) {
-    memcpy(out, ((const double (*)[3])ctx)[i], sizeof(double[3]));
+    memcpy(out, ((const double(*)[3])ctx)[i], sizeof(double[3]));
 }
 
 static softshadow_status place_vertices(reporter *r) {

@@ -1,6 +1,7 @@
-/* Edge collapses by quadrics, in passes over arrays instead of a heap over half-edges: each pass costs
- * all edges (in parallel), takes the cheaper ones in order of cost, every vertex at most once, and packs
- * what is left. Nothing but costs is computed in parallel, so the result does not depend on threads.
+/* Edge collapses by quadrics, in passes over arrays instead of a heap over half-edges: each pass
+ * costs all edges (in parallel), takes the cheaper ones in order of cost, every vertex at most
+ * once, and packs what is left. Nothing but costs is computed in parallel, so the result does not
+ * depend on threads.
  *
  * based on: [Garland, Heckbert 97] for the metric. It differs in the order (a pass instead of one
  * globally cheapest edge at a time), which costs little quality and is some ten times as fast. */
@@ -13,12 +14,12 @@
 #include "topology/edges.h"
 #include "topology/quadric.h"
 
-#define GRAIN 8192
-#define RIM_WEIGHT 4.0  /* a rim moves a silhouette by all of its error, a face by part of it */
-#define PULL 1e-3       /* of the quadric's trace: keeps new vertices near their edge on flat ground */
-#define SHORTER 1e-4    /* likewise prefers short edges where all are free */
-#define FOLD 0.2        /* least cosine between a triangle's normals before and after */
-#define BINS 2048       /* of costs, by the upper 11 bits of a float: steps of a quarter */
+#define GRAIN      8192
+#define RIM_WEIGHT 4.0 /* a rim moves a silhouette by all of its error, a face by part of it */
+#define PULL       1e-3 /* of the quadric's trace: keeps new vertices near their edge */
+#define SHORTER    1e-4 /* likewise prefers short edges where all are free */
+#define FOLD       0.2  /* least cosine between a triangle's normals before and after */
+#define BINS       2048 /* of costs, by the upper 11 bits of a float: steps of a quarter */
 
 struct ss_simplifier {
     ss_pool *pool;
@@ -29,13 +30,13 @@ struct ss_simplifier {
     double rim_share;
     /* of one pass */
     ss_topology edges;
-    uint32_t *same;    /* identity: triangles are welded */
-    uint8_t *rim;      /* per vertex: on an edge that is not between two triangles */
-    uint8_t *done;     /* per vertex: took part in a collapse */
-    uint32_t *into;    /* per vertex: what it has become */
+    uint32_t *same;           /* identity: triangles are welded */
+    uint8_t *rim;             /* per vertex: on an edge that is not between two triangles */
+    uint8_t *done;            /* per vertex: took part in a collapse */
+    uint32_t *into;           /* per vertex: what it has become */
     uint32_t *first, *around; /* triangles around vertices */
     uint32_t *stamp, stamps;
-    uint64_t *order, *spare;  /* cost << 32 | edge */
+    uint64_t *order, *spare; /* cost << 32 | edge */
     size_t order_count;
 };
 
@@ -59,7 +60,8 @@ static void add_faces(ss_simplifier *s) {
         triangle_normal(s->place[c[0]], s->place[c[1]], s->place[c[2]], n);
         const double area = ss_length(n) / 2;
         if (!ss_normalize(n)) continue;
-        for (int k = 0; k < 3; k++) ss_quadric_add_plane(&s->quadric[c[k]], n, s->place[c[0]], area);
+        for (int k = 0; k < 3; k++)
+            ss_quadric_add_plane(&s->quadric[c[k]], n, s->place[c[0]], area);
     }
 }
 
@@ -140,7 +142,8 @@ static void keep_cheap(ss_simplifier *s, size_t rank) {
 static void sort_order(ss_simplifier *s) {
     for (int shift = 32; shift < 64; shift += 11) {
         size_t place[BINS + 1] = {0};
-        for (size_t i = 0; i < s->order_count; i++) place[(s->order[i] >> shift & (BINS - 1)) + 1]++;
+        for (size_t i = 0; i < s->order_count; i++)
+            place[(s->order[i] >> shift & (BINS - 1)) + 1]++;
         for (size_t i = 0; i < BINS; i++) place[i + 1] += place[i];
         for (size_t i = 0; i < s->order_count; i++) {
             s->spare[place[s->order[i] >> shift & (BINS - 1)]++] = s->order[i];
@@ -276,18 +279,18 @@ static void pack(ss_simplifier *s) {
     s->triangle_count = triangles, s->vertex_count = vertices;
 }
 
-/* Enough cheap edges to reach the target if a third of them can be taken; at most three quarters of all,
- * for the dearest edges are better left to a pass that knows the new costs. */
+/* Enough cheap edges to reach the target if a third of them can be taken; at most three quarters of
+ * all, for the dearest edges are better left to a pass that knows the new costs. */
 static size_t rank_wanted(const ss_simplifier *s, size_t wanted, bool all) {
     const size_t most = all ? s->edges.edge_count : s->edges.edge_count / 4 * 3;
     const size_t rank = wanted / 2 * 3;
     return rank < most ? rank : most;
 }
 
-static softshadow_status pass(ss_simplifier *s, size_t target, bool first, bool all, size_t *gone) {
-    softshadow_status status = find_edges(s);
+static softshadow_status pass(ss_simplifier *s, size_t target, bool all, size_t *gone) {
+    /* The first pass finds the edges that the beginning has left. */
+    softshadow_status status = s->edges.edges ? SOFTSHADOW_OK : find_edges(s);
     if (status == SOFTSHADOW_OK) {
-        if (first) add_rims(s);
         list_around(s);
         reset_vertices(s);
         status = ss_parallel_for(s->pool, s->edges.edge_count, GRAIN, cost_edges, s);
@@ -307,14 +310,16 @@ softshadow_status ss_simplify(ss_simplifier *s, size_t target, ss_progress *prog
     bool all = false;
     while (s->triangle_count > target) {
         size_t gone = 0;
-        const bool first = s->rim_share < 0;
         softshadow_status status = ss_progress_add(progress, 0);
-        if (status == SOFTSHADOW_OK) status = pass(s, target, first, all, &gone);
+        if (status == SOFTSHADOW_OK) status = pass(s, target, all, &gone);
         if (status != SOFTSHADOW_OK) return status;
         /* Less than one in 200: first ask for the dear edges too, then give up. */
-        if (gone >= s->triangle_count / 200 + 1) all = false;
-        else if (all) break;
-        else all = true;
+        if (gone >= s->triangle_count / 200 + 1)
+            all = false;
+        else if (all)
+            break;
+        else
+            all = true;
     }
     return SOFTSHADOW_OK;
 }
@@ -340,22 +345,28 @@ softshadow_status ss_simplifier_create(ss_simplifier **out, const float *vertice
     *out = NULL;
     ss_simplifier *s = ss_alloc(1, sizeof *s);
     if (!s) return no_memory(triangle_count);
-    s->pool = pool, s->rim_share = -1;
+    s->pool = pool;
     s->original_count = s->vertex_count = vertex_count, s->triangle_count = triangle_count;
-    if (!allocate(s)) {
-        ss_simplifier_destroy(s);
-        return no_memory(triangle_count);
+    softshadow_status status = allocate(s) ? SOFTSHADOW_OK : no_memory(triangle_count);
+    if (status == SOFTSHADOW_OK) {
+        for (size_t i = 0; i < 3 * vertex_count; i++) s->place[i / 3][i % 3] = vertices[i];
+        for (uint32_t v = 0; v < vertex_count; v++) s->same[v] = s->where[v] = v;
+        if (triangle_count) memcpy(s->triangles, triangles, 3 * triangle_count * sizeof *triangles);
+        status = find_edges(s);
     }
-    for (size_t i = 0; i < 3 * vertex_count; i++) s->place[i / 3][i % 3] = vertices[i];
-    for (uint32_t v = 0; v < vertex_count; v++) s->same[v] = s->where[v] = v;
-    if (triangle_count) memcpy(s->triangles, triangles, 3 * triangle_count * sizeof *triangles);
+    if (status != SOFTSHADOW_OK) {
+        ss_simplifier_destroy(s);
+        return status;
+    }
     add_faces(s);
+    add_rims(s);
     *out = s;
     return SOFTSHADOW_OK;
 }
 
 void ss_simplifier_destroy(ss_simplifier *s) {
     if (!s) return;
+    ss_edges_free(&s->edges);
     ss_free(s->place), ss_free(s->quadric), ss_free(s->triangles), ss_free(s->where);
     ss_free(s->same), ss_free(s->into), ss_free(s->rim), ss_free(s->done), ss_free(s->first);
     ss_free(s->around), ss_free(s->stamp), ss_free(s->order), ss_free(s->spare);
@@ -364,7 +375,7 @@ void ss_simplifier_destroy(ss_simplifier *s) {
 
 size_t ss_simplifier_vertices(const ss_simplifier *s) { return s->vertex_count; }
 size_t ss_simplifier_triangles(const ss_simplifier *s) { return s->triangle_count; }
-double ss_simplifier_rim(const ss_simplifier *s) { return s->rim_share > 0 ? s->rim_share : 0; }
+double ss_simplifier_rim(const ss_simplifier *s) { return s->rim_share; }
 
 void ss_simplifier_read(const ss_simplifier *s, float *vertices, uint32_t *triangles) {
     for (size_t i = 0; i < 3 * s->vertex_count; i++) vertices[i] = (float)s->place[i / 3][i % 3];

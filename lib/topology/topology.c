@@ -21,8 +21,8 @@ static softshadow_status weld_meshes(void *ctx, uint64_t begin, uint64_t end) {
     const ss_world *world = w->world;
     for (uint64_t m = begin; m < end; m++) {
         const uint32_t first = world->meshes[m].first_vertex;
-        const size_t last = m + 1 < world->mesh_count ? world->meshes[m + 1].first_vertex
-                                                      : world->vertex_count;
+        const size_t last =
+            m + 1 < world->mesh_count ? world->meshes[m + 1].first_vertex : world->vertex_count;
         const softshadow_status status = ss_weld(float_place, world->vertices + 3 * (size_t)first,
                                                  last - first, first, w->weld + first);
         if (status != SOFTSHADOW_OK) return status;

@@ -10,10 +10,10 @@ softshadow_status ss_topology_build(ss_topology **out, const ss_world *world, ss
 void ss_topology_destroy(ss_topology *topology);
 size_t ss_topology_bytes(const ss_topology *topology);
 
-/* What softshadow_mesh_info() answers, all of it but struct_size. Positions are the mesh's after its
- * transform, in double, welded where they are equal; light may be NULL. A vertex on an edge of three
- * triangles or more is non-manifold only if its triangles fall apart when each edge joins all its
- * triangles there. */
+/* What softshadow_mesh_info() answers, all of it but struct_size. Positions are the mesh's after
+ * its transform, in double, welded where they are equal; light may be NULL. A vertex on an edge of
+ * three triangles or more is non-manifold only if its triangles fall apart when each edge joins all
+ * its triangles there. */
 softshadow_status ss_topology_report(const ss_mesh *mesh, const softshadow_light *light,
                                      softshadow_mesh_report *out);
 

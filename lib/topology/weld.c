@@ -1,5 +1,5 @@
-/* An open-addressing hash of exact positions, filled in vertex order: the first vertex in a place is
- * the one that stands for it, whatever the threads do. */
+/* An open-addressing hash of exact positions, filled in vertex order: the first vertex in a place
+ * is the one that stands for it, whatever the threads do. */
 #include "topology/weld.h"
 
 #include <stdbool.h>
@@ -58,7 +58,8 @@ softshadow_status ss_weld(ss_place *place, const void *ctx, size_t count, uint32
     size_t size = 16;
     while (size < count + count / 2) size *= 2;
     slot *slots = ss_alloc(size, sizeof *slots);
-    if (!slots) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for welding %zu vertices", count);
+    if (!slots)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for welding %zu vertices", count);
     for (uint32_t i = 0; i < count; i++) {
         weld[i] = offset + find(slots, size - 1, place, ctx, i);
     }

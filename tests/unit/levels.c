@@ -2,6 +2,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+
 #include <cmocka.h>
 
 #include <dirent.h>
@@ -83,8 +84,8 @@ static void assert_same(const ss_mesh_levels *x, const ss_mesh_levels *y) {
 
 /* ---- The levels ---- */
 
-/* Squared distance to a triangle, another way than the library's: Lagrange by cases on barycentrics,
- * edges by clamping. */
+/* Squared distance to a triangle, another way than the library's: Lagrange by cases on
+ * barycentrics, edges by clamping. */
 static double distance2(const double p[3], const float *x, const float *y, const float *z) {
     double corner[3][3], best = INFINITY;
     for (int k = 0; k < 3; k++) corner[0][k] = x[k], corner[1][k] = y[k], corner[2][k] = z[k];
@@ -159,10 +160,12 @@ static void sphere_has_three(void **unused) {
         assert_true(is_closed(level));
         assert_int_equal(2 * level->vertex_count, level->triangle_count + 4); /* still a sphere */
         assert_true(level->deviation_rms > strays && level->deviation_max > level->deviation_rms);
-        if (i > 0) check_deviation(&sphere, &b, level); /* by brute force: the fine one takes long */
+        if (i > 0)
+            check_deviation(&sphere, &b, level); /* by brute force: the fine one takes long */
         before = level->triangle_count, strays = level->deviation_rms;
     }
-    /* Chords of a unit sphere with n even triangles stray by 4.8 / n / 3; bumps of .05 add to it. */
+    /* Chords of a unit sphere with n even triangles stray by 4.8 / n / 3; bumps of .05 add to it.
+     */
     assert_true(levels->level[0].deviation_rms < 3e-3);
     assert_true(levels->level[2].deviation_rms < 3e-2);
     assert_int_equal(b.levels->cached, 0);
@@ -173,8 +176,8 @@ static void sphere_has_three(void **unused) {
 
 /* A wavy sheet of n x n squares. */
 static shape shape_sheet(uint32_t n) {
-    shape s = {malloc((n + 1) * (n + 1) * sizeof *s.vertices), malloc(2 * n * n * sizeof *s.triangles),
-               (n + 1) * (n + 1), 0};
+    shape s = {malloc((n + 1) * (n + 1) * sizeof *s.vertices),
+               malloc(2 * n * n * sizeof *s.triangles), (n + 1) * (n + 1), 0};
     for (uint32_t i = 0; i <= n; i++) {
         for (uint32_t j = 0; j <= n; j++) {
             double *v = s.vertices[i * (n + 1) + j];
@@ -268,7 +271,8 @@ static void closed_stays_closed(void **unused) {
         two.vertices[i][2] += i < v ? 0 : 2;
     }
     for (size_t i = 0; i < 6 * t; i++) {
-        two.triangles[i / 3][i % 3] = (uint32_t)(sphere.triangles[i / 3 % t][i % 3] + (i < 3 * t ? 0 : v));
+        two.triangles[i / 3][i % 3] =
+            (uint32_t)(sphere.triangles[i / 3 % t][i % 3] + (i < 3 * t ? 0 : v));
     }
     built b = build_shape(&two);
     assert_int_equal(b.levels->meshes[0].count, 3);
@@ -277,12 +281,14 @@ static void closed_stays_closed(void **unused) {
     const ss_level *first = &b.levels->meshes[0].level[0];
     assert_true(is_closed(first));
     assert_int_equal(ss_simplifier_create(&s, first->vertices, first->vertex_count, first->indices,
-                                          first->triangle_count, pool), SOFTSHADOW_OK);
+                                          first->triangle_count, pool),
+                     SOFTSHADOW_OK);
     size_t steps = 0;
     for (size_t target = first->triangle_count; target > 10; target -= 1 + target / 9, steps++) {
         assert_int_equal(ss_simplify(s, target, NULL), SOFTSHADOW_OK);
         ss_level level = {0};
-        assert_true(ss_level_allocate(&level, ss_simplifier_vertices(s), ss_simplifier_triangles(s)));
+        assert_true(
+            ss_level_allocate(&level, ss_simplifier_vertices(s), ss_simplifier_triangles(s)));
         ss_simplifier_read(s, level.vertices, level.indices);
         assert_true(is_closed(&level));
         for (size_t i = 0; i < first->vertex_count; i++) {
@@ -323,7 +329,8 @@ static void moves_with_its_mesh(void **unused) {
                 host[k] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
             }
             ss_world_local(b.world, host, local);
-            for (int k = 0; k < 3; k++) assert_true(fabs(local[k] - (double)y->vertices[3 * v + k]) < 3e-7);
+            for (int k = 0; k < 3; k++)
+                assert_true(fabs(local[k] - (double)y->vertices[3 * v + k]) < 3e-7);
         }
     }
     drop(&a), drop(&b);
@@ -551,8 +558,8 @@ static void content_is_checked(void **unused) {
     forge(good, size, indices + 4, &four, 4); /* allowed: proves that forging works */
     assert_true(ss_cache_load(directory, &key, &read, &host));
     ss_mesh_levels_free(&read);
-    forge(good, size, indices, &five, 4), assert_refused();     /* out of range */
-    forge(good, size, indices, &two, 4), assert_refused();      /* a corner twice */
+    forge(good, size, indices, &five, 4), assert_refused(); /* out of range */
+    forge(good, size, indices, &two, 4), assert_refused();  /* a corner twice */
     forge(good, size, vertices, &nan, 4), assert_refused();
     forge(good, size, vertices + 8, &large, 4), assert_refused();
     forge(good, size, counts, &huge, 8), assert_refused();
@@ -563,7 +570,7 @@ static void content_is_checked(void **unused) {
     forge(good, size, counts + 16, &negative, 8), assert_refused();
     forge(good, size, counts + 16, &rms, 8), assert_refused(); /* above the largest */
     forge(good, size, counts + 24, &bad, 8), assert_refused();
-    forge(good, size, 12, &four, 4), assert_refused();          /* levels */
+    forge(good, size, 12, &four, 4), assert_refused(); /* levels */
     ss_mesh_levels_free(&made);
     files(true);
 }

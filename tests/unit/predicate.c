@@ -1,7 +1,9 @@
-/* base/predicate: against exact integer arithmetic, where generic, near-degenerate and degenerate. */
+/* base/predicate: against exact integer arithmetic, where generic, near-degenerate and degenerate.
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+
 #include <cmocka.h>
 
 #include <math.h>
@@ -48,7 +50,8 @@ static void check(int64_t n[4][3], const int exponent[3]) {
     assert_int_equal(ss_orient3d(p[3], p[1], p[0], p[2]), expected);
     assert_int_equal(ss_orient3d_towards(p[0], p[1], p[2], p[3]), sign(determinant(u, v, n[3])));
     const bool line = (wide)u[0] * v[1] == (wide)u[1] * v[0] &&
-                      (wide)u[1] * v[2] == (wide)u[2] * v[1] && (wide)u[2] * v[0] == (wide)u[0] * v[2];
+                      (wide)u[1] * v[2] == (wide)u[2] * v[1] &&
+                      (wide)u[2] * v[0] == (wide)u[0] * v[2];
     assert_int_equal(ss_collinear(p[0], p[1], p[2]), line);
 }
 

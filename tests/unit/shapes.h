@@ -17,7 +17,8 @@ typedef struct shape {
 } shape;
 
 static inline shape shape_of(const double (*v)[3], size_t nv, const uint32_t (*t)[3], size_t nt) {
-    shape s = {malloc((nv + 1) * sizeof *s.vertices), malloc((nt + 1) * sizeof *s.triangles), nv, nt};
+    shape s = {malloc((nv + 1) * sizeof *s.vertices), malloc((nt + 1) * sizeof *s.triangles), nv,
+               nt};
     if (nv) memcpy(s.vertices, v, nv * sizeof *v);
     if (nt) memcpy(s.triangles, t, nt * sizeof *t);
     return s;
@@ -35,7 +36,8 @@ static inline shape shape_cube(void) {
     static const uint32_t t[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                       {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                       {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-    for (int i = 0; i < 8; i++) v[i][0] = i & 1 ? 1 : -1, v[i][1] = i & 2 ? 1 : -1, v[i][2] = i & 4 ? 1 : -1;
+    for (int i = 0; i < 8; i++)
+        v[i][0] = i & 1 ? 1 : -1, v[i][1] = i & 2 ? 1 : -1, v[i][2] = i & 4 ? 1 : -1;
     return SHAPE(v, t);
 }
 
@@ -57,13 +59,15 @@ static inline shape shape_split(const shape *s) {
 static inline shape shape_sphere(uint32_t rings, double bump) {
     const uint32_t around = 2 * rings, row = around + 1;
     shape s = {malloc((size_t)(rings + 1) * row * sizeof *s.vertices),
-               malloc((size_t)2 * rings * around * sizeof *s.triangles), (size_t)(rings + 1) * row, 0};
+               malloc((size_t)2 * rings * around * sizeof *s.triangles), (size_t)(rings + 1) * row,
+               0};
     for (uint32_t i = 0; i <= rings; i++) {
         for (uint32_t j = 0; j <= around; j++) {
             const double a = M_PI * i / rings, b = 2 * M_PI * (j % around) / around;
             const double x = i == 0 || i == rings ? 0 : sin(a) * cos(b);
             const double y = i == 0 || i == rings ? 0 : sin(a) * sin(b), z = cos(a);
-            const double r = 1 + bump * (sin(11 * x + 3 * z) * sin(13 * y) + .3 * sin(31 * z + 17 * x) * cos(29 * y));
+            const double r = 1 + bump * (sin(11 * x + 3 * z) * sin(13 * y) +
+                                         .3 * sin(31 * z + 17 * x) * cos(29 * y));
             double *v = s.vertices[(size_t)i * row + j];
             v[0] = r * x, v[1] = r * y, v[2] = r * z;
         }

@@ -2,6 +2,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+
 #include <cmocka.h>
 
 #include "base/memory.h"
@@ -69,7 +70,8 @@ static void check_tables(const built *b) {
             int found = 0;
             for (uint32_t i = 0; i < ss_edge_uses(edge); i++) {
                 const uint32_t use = o->uses[edge->first_use + i];
-                assert_int_equal(o->triangle_component[ss_use_triangle(use)], o->triangle_component[t]);
+                assert_int_equal(o->triangle_component[ss_use_triangle(use)],
+                                 o->triangle_component[t]);
                 if (i) assert_true(o->uses[edge->first_use + i - 1] < use);
                 found += ss_use_triangle(use) == t && ss_use_sign(use) == (from < to ? 1 : -1);
             }
@@ -151,8 +153,8 @@ static void meshes_stay_apart(void **unused) {
 /* Negative zero, corners that fall together only as floats, and unused vertices. */
 static void degenerate_triangles(void **unused) {
     (void)unused;
-    static const double v[][3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {-0.0, 4, -0.0}, {4, 1e-12, 0},
-                                  {9, 9, 9}, {4, 4, 0}};
+    static const double v[][3] = {{0, 0, 0},     {4, 0, 0}, {0, 4, 0}, {-0.0, 4, -0.0},
+                                  {4, 1e-12, 0}, {9, 9, 9}, {4, 4, 0}};
     static const uint32_t t[][3] = {{0, 1, 2}, {0, 1, 4}, {2, 3, 1}, {3, 4, 6}, {5, 5, 5}};
     shape s = SHAPE(v, t);
     built b = build_shape(&s);
@@ -182,9 +184,11 @@ static void assert_same_bytes(const void *a, const void *b, size_t count, size_t
 static void same_on_any_threads(void **unused) {
     (void)unused;
     shape sphere = shape_sphere(150, .1), split = shape_split(&sphere);
-    shape fan = {malloc(5002 * sizeof *fan.vertices), malloc(5000 * sizeof *fan.triangles), 5002, 5000};
+    shape fan = {malloc(5002 * sizeof *fan.vertices), malloc(5000 * sizeof *fan.triangles), 5002,
+                 5000};
     for (uint32_t i = 0; i < 5002; i++) {
-        fan.vertices[i][0] = i ? cos(i) : 0, fan.vertices[i][1] = i ? sin(i) : 0, fan.vertices[i][2] = i;
+        fan.vertices[i][0] = i ? cos(i) : 0, fan.vertices[i][1] = i ? sin(i) : 0,
+        fan.vertices[i][2] = i;
     }
     for (uint32_t i = 0; i < 5000; i++) {
         fan.triangles[i][0] = i + 1, fan.triangles[i][1] = i + 2, fan.triangles[i][2] = 0;
@@ -200,7 +204,8 @@ static void same_on_any_threads(void **unused) {
         assert_same_bytes(x->weld, y->weld, x->vertex_count, sizeof *x->weld);
         assert_same_bytes(x->edges, y->edges, x->edge_count + 1, sizeof *x->edges);
         assert_same_bytes(x->uses, y->uses, x->use_count, sizeof *x->uses);
-        assert_same_bytes(x->triangle_edges, y->triangle_edges, 3 * x->triangle_count, sizeof(uint32_t));
+        assert_same_bytes(x->triangle_edges, y->triangle_edges, 3 * x->triangle_count,
+                          sizeof(uint32_t));
         assert_same_bytes(x->components, y->components, x->component_count, sizeof *x->components);
     }
     check_tables(&b[0]);
@@ -226,13 +231,14 @@ static softshadow_mesh_report report(const shape *s, const softshadow_light *lig
     return out;
 }
 
-#define EXPECT(r, p, deg, dup, e, bound, nme, flip, nmv, comp, closed)                            \
-    do {                                                                                          \
-        assert_int_equal((r).positions, p), assert_int_equal((r).degenerate_triangles, deg);      \
-        assert_int_equal((r).duplicate_triangles, dup), assert_int_equal((r).edges, e);           \
+#define EXPECT(r, p, deg, dup, e, bound, nme, flip, nmv, comp, closed)                             \
+    do {                                                                                           \
+        assert_int_equal((r).positions, p), assert_int_equal((r).degenerate_triangles, deg);       \
+        assert_int_equal((r).duplicate_triangles, dup), assert_int_equal((r).edges, e);            \
         assert_int_equal((r).boundary_edges, bound), assert_int_equal((r).nonmanifold_edges, nme); \
-        assert_int_equal((r).flipped_edges, flip), assert_int_equal((r).nonmanifold_vertices, nmv); \
-        assert_int_equal((r).components, comp), assert_int_equal((r).closed_components, closed);  \
+        assert_int_equal((r).flipped_edges, flip),                                                 \
+            assert_int_equal((r).nonmanifold_vertices, nmv);                                       \
+        assert_int_equal((r).components, comp), assert_int_equal((r).closed_components, closed);   \
     } while (0)
 
 static void report_cube(void **unused) {
@@ -260,8 +266,8 @@ static void report_cube(void **unused) {
 
 static void report_open_and_complex(void **unused) {
     (void)unused;
-    static const double v[][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {.5, .5, 1},
-                                  {-1, -1, 0}, {-1, 0, 0}};
+    static const double v[][3] = {{0, 0, 0},   {1, 0, 0},   {1, 1, 0}, {0, 1, 0},
+                                  {.5, .5, 1}, {-1, -1, 0}, {-1, 0, 0}};
     softshadow_light light = SOFTSHADOW_LIGHT_INIT;
     light.type = SOFTSHADOW_SPHERE, light.position[2] = 5;
 
@@ -308,10 +314,10 @@ static void report_open_and_complex(void **unused) {
 /* Two closed cones at one apex: half-edges refuse the second, the edge table does not. */
 static void report_refused(void **unused) {
     (void)unused;
-    static const double v[][3] = {{0, 0, 0}, {1, 0, 1}, {-1, 1, 1}, {-1, -1, 1},
+    static const double v[][3] = {{0, 0, 0},  {1, 0, 1},   {-1, 1, 1},  {-1, -1, 1},
                                   {1, 0, -1}, {-1, 1, -1}, {-1, -1, -1}};
-    static const uint32_t t[][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {0, 5, 4}, {0, 6, 5}, {0, 4, 6},
-                                    {1, 3, 2}, {4, 5, 6}};
+    static const uint32_t t[][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {0, 5, 4},
+                                    {0, 6, 5}, {0, 4, 6}, {1, 3, 2}, {4, 5, 6}};
     ss_halfedges halfedges;
     assert_int_equal(ss_openmesh_count(&halfedges, &t[0][0], 8, 7), SOFTSHADOW_OK);
     assert_true(halfedges.refused > 0);
