@@ -1,5 +1,8 @@
-/* A complete binary tree of boxes over triangles in Morton order. The children of node i are 2i and
- * 2i + 1, so there is nothing to link and little to build. */
+/* A complete tree of boxes, four to a node, over triangles in Morton order, four to a leaf: child k
+ * of node i is node 4i + k one level down, so there is nothing to link and little to build. Four
+ * boxes or triangles are measured at once in float, to find the nearest; its distance is then taken
+ * in double. Where rounding hides the nearest triangle, the answer is the distance of one hardly
+ * farther. */
 #include "topology/closest.h"
 
 #include <math.h>
@@ -9,20 +12,39 @@
 #include "base/status.h"
 #include "base/vec.h"
 
-#define LEAF  4 /* triangles */
-#define DEPTH 32
+#define WIDE   4
+#define LEVELS 16 /* 4^16 leaves */
 
-typedef struct box {
-    float low[3], high[3];
-} box;
+/* Vectors of the compiler's: they become whatever the machine has. */
+typedef float lanes __attribute__((vector_size(16)));
+typedef int32_t mask __attribute__((vector_size(16)));
+
+typedef struct boxes {
+    lanes low[3], high[3];
+} boxes;
+
+/* Triangles a, a + u, a + v, with what does not depend on the point. */
+typedef struct leaf {
+    lanes a[3], u[3], v[3], n[3];
+    lanes uu, uv, vv, nn;           /* products of them */
+    lanes per_uu, per_vv, per_side; /* 1 / squared lengths of the sides; 0 for none */
+    uint32_t triangle[WIDE];
+} leaf;
 
 struct ss_closest {
     const float *vertices;
     const uint32_t *triangles;
     uint32_t *order; /* triangles along the Morton curve */
-    size_t count, leaves;
-    box *boxes; /* 2 x leaves; 1 is the root */
+    size_t count;
+    leaf *leaves;
+    boxes *nodes;                       /* level by level; the leaves' parents come first */
+    size_t size[LEVELS], first[LEVELS]; /* of the levels; 0 are the leaves, in leaves */
+    unsigned top;                       /* the level with one node */
 };
+
+typedef struct box {
+    float low[3], high[3];
+} box;
 
 static uint64_t spread(uint64_t x) { /* 21 bits, two zeros between each */
     x = (x | x << 32) & 0x1f00000000ffff;
@@ -83,21 +105,84 @@ static bool sort_triangles(ss_closest *c) {
     return sorted;
 }
 
+static float per(float x) { return x > 0 && 1 / x < INFINITY ? 1 / x : 0; }
+
+static float dot(const float a[3], const float b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void fill_lane(const ss_closest *c, leaf *l, int lane, uint32_t t) {
+    float u[3], v[3], side[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        const float a = corner(c, t, 0)[k];
+        u[k] = corner(c, t, 1)[k] - a, v[k] = corner(c, t, 2)[k] - a, side[k] = v[k] - u[k];
+        l->a[k][lane] = a, l->u[k][lane] = u[k], l->v[k][lane] = v[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        n[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+        l->n[k][lane] = n[k];
+    }
+    l->uu[lane] = dot(u, u), l->uv[lane] = dot(u, v), l->vv[lane] = dot(v, v);
+    l->nn[lane] = dot(n, n);
+    l->per_uu[lane] = per(dot(u, u)), l->per_vv[lane] = per(dot(v, v));
+    l->per_side[lane] = per(dot(side, side));
+    l->triangle[lane] = t;
+}
+
+/* The last leaf is filled up with its last triangle. */
+static void fill_leaves(ss_closest *c) {
+    for (size_t i = 0; i < WIDE * c->size[0]; i++) {
+        const size_t last = c->count - 1;
+        fill_lane(c, &c->leaves[i / WIDE], (int)(i % WIDE), c->order[i < last ? i : last]);
+    }
+}
+
+static box box_of_leaf(const ss_closest *c, size_t i) {
+    box b = nothing;
+    for (size_t k = 0; k < 3 * WIDE; k++) {
+        grow(&b, corner(c, c->leaves[i].triangle[k / 3], k % 3));
+    }
+    return b;
+}
+
+static box box_of_node(const boxes *node) {
+    box b = nothing;
+    for (int k = 0; k < 3; k++) {
+        for (int lane = 0; lane < WIDE; lane++) {
+            b.low[k] = fminf(b.low[k], node->low[k][lane]);
+            b.high[k] = fmaxf(b.high[k], node->high[k][lane]);
+        }
+    }
+    return b;
+}
+
 static void fit_boxes(ss_closest *c) {
-    for (size_t i = 0; i < 2 * c->leaves; i++) c->boxes[i] = nothing;
-    for (size_t i = 0; i < c->count; i++) {
-        for (size_t k = 0; k < 3; k++) {
-            grow(&c->boxes[c->leaves + i / LEAF], corner(c, c->order[i], k));
+    for (unsigned level = 1; level <= c->top; level++) {
+        for (size_t i = 0; i < WIDE * c->size[level]; i++) {
+            box b = nothing;
+            if (i < c->size[level - 1]) {
+                b = level == 1 ? box_of_leaf(c, i)
+                               : box_of_node(&c->nodes[c->first[level - 1] + i]);
+            }
+            boxes *node = &c->nodes[c->first[level] + i / WIDE];
+            for (int k = 0; k < 3; k++) {
+                node->low[k][i % WIDE] = b.low[k], node->high[k][i % WIDE] = b.high[k];
+            }
         }
     }
-    for (size_t i = c->leaves - 1; i > 0; i--) {
-        for (size_t side = 0; side < 2; side++) {
-            if (c->boxes[2 * i + side].low[0] > c->boxes[2 * i + side].high[0])
-                continue; /* empty */
-            grow(&c->boxes[i], c->boxes[2 * i + side].low);
-            grow(&c->boxes[i], c->boxes[2 * i + side].high);
-        }
-    }
+}
+
+/* Sizes of the levels; the number of nodes above the leaves. */
+static size_t plan(ss_closest *c) {
+    size_t nodes = 0;
+    c->size[0] = (c->count + WIDE - 1) / WIDE;
+    do {
+        c->top++;
+        c->size[c->top] = (c->size[c->top - 1] + WIDE - 1) / WIDE;
+        c->first[c->top] = nodes;
+        nodes += c->size[c->top];
+    } while (c->size[c->top] > 1);
+    return nodes;
 }
 
 softshadow_status ss_closest_create(ss_closest **out, const float *vertices,
@@ -105,16 +190,17 @@ softshadow_status ss_closest_create(ss_closest **out, const float *vertices,
     *out = NULL;
     ss_closest *c = ss_alloc(1, sizeof *c);
     if (c) {
-        *c = (ss_closest){.vertices = vertices, .triangles = triangles, .count = triangle_count};
-        for (c->leaves = 1; c->leaves * LEAF < triangle_count;) c->leaves *= 2;
+        c->vertices = vertices, c->triangles = triangles, c->count = triangle_count;
+        c->nodes = ss_alloc(plan(c), sizeof *c->nodes);
+        c->leaves = ss_alloc(c->size[0], sizeof *c->leaves);
         c->order = ss_alloc(triangle_count, sizeof *c->order);
-        c->boxes = ss_alloc(2 * c->leaves, sizeof *c->boxes);
     }
-    if (!c || !c->order || !c->boxes || !sort_triangles(c)) {
+    if (!c || !c->order || !c->nodes || !c->leaves || !sort_triangles(c)) {
         ss_closest_destroy(c);
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for distances to %zu triangles",
                        triangle_count);
     }
+    fill_leaves(c);
     fit_boxes(c);
     *out = c;
     return SOFTSHADOW_OK;
@@ -123,19 +209,60 @@ softshadow_status ss_closest_create(ss_closest **out, const float *vertices,
 void ss_closest_destroy(ss_closest *c) {
     if (!c) return;
     ss_free(c->order);
-    ss_free(c->boxes);
+    ss_free(c->nodes);
+    ss_free(c->leaves);
     ss_free(c);
 }
 
-static float to_box(const box *b, const float p[3]) {
-    float sum = 0;
+/* ---- Four at once ---- */
+
+static inline lanes choose(mask m, lanes a, lanes b) {
+    return (lanes)(((mask)a & m) | ((mask)b & ~m));
+}
+static inline lanes lower(lanes a, lanes b) { return choose(a < b, a, b); }
+static inline lanes higher(lanes a, lanes b) { return choose(a > b, a, b); }
+static inline lanes clamp(lanes x) {
+    const lanes zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
+    return lower(higher(x, zero), one);
+}
+static inline lanes dot4(const lanes a[3], const lanes b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static lanes to_boxes(const boxes *b, const float p[3]) {
+    lanes sum = {0, 0, 0, 0};
+    const lanes zero = {0, 0, 0, 0};
     for (int k = 0; k < 3; k++) {
-        const float under = b->low[k] - p[k], over = p[k] - b->high[k];
-        const float out = under > over ? under : over;
-        sum += out > 0 ? out * out : 0;
+        const lanes out = higher(higher(b->low[k] - p[k], p[k] - b->high[k]), zero);
+        sum += out * out;
     }
     return sum;
 }
+
+/* From w, relative to one end, to the segment along d. */
+static inline lanes to_side(const lanes w[3], const lanes d[3], lanes along, lanes per_length2) {
+    const lanes s = clamp(along * per_length2);
+    const lanes r[3] = {w[0] - s * d[0], w[1] - s * d[1], w[2] - s * d[2]};
+    return dot4(r, r);
+}
+
+/* Over the inside of a triangle its plane counts, else the nearest side. */
+static lanes to_leaf(const leaf *l, const float p[3]) {
+    lanes w[3], x[3], side[3];
+    for (int k = 0; k < 3; k++) {
+        w[k] = p[k] - l->a[k], x[k] = w[k] - l->u[k], side[k] = l->v[k] - l->u[k];
+    }
+    const lanes wu = dot4(w, l->u), wv = dot4(w, l->v), height = dot4(w, l->n);
+    lanes best = to_side(w, l->u, wu, l->per_uu);
+    best = lower(best, to_side(w, l->v, wv, l->per_vv));
+    best = lower(best, to_side(x, side, dot4(x, side), l->per_side));
+    const lanes s = l->vv * wu - l->uv * wv, t = l->uu * wv - l->uv * wu;
+    const lanes zero = {0, 0, 0, 0};
+    const mask inside = (s >= zero) & (t >= zero) & (s + t <= l->nn) & (l->nn > zero);
+    return choose(inside, height * height / l->nn, best);
+}
+
+/* ---- One, in double ---- */
 
 static double to_segment(const double a[3], const double ab[3]) { /* from the origin */
     const double length2 = ss_dot(ab, ab);
@@ -146,57 +273,73 @@ static double to_segment(const double a[3], const double ab[3]) { /* from the or
     return ss_dot(q, q);
 }
 
-/* The smaller of best and the squared distance. Over the inside of the triangle its plane counts,
- * else the nearest of those sides that p lies beyond (the nearest corner is an end of one). */
-static double to_triangle(const ss_closest *c, uint32_t t, const float p[3], double best) {
-    double a[3][3], side[3][3], n[3];
+static double to_triangle(const ss_closest *c, uint32_t t, const float p[3]) {
+    double a[3][3], side[3][3], n[3], best = INFINITY;
+    bool inside = true;
     for (size_t i = 0; i < 3; i++) {
         const float *x = corner(c, t, i);
         for (int k = 0; k < 3; k++) a[i][k] = (double)x[k] - p[k];
     }
     for (int i = 0; i < 3; i++) ss_sub(a[(i + 1) % 3], a[i], side[i]);
     ss_cross(side[0], side[1], n);
-    const double size2 = ss_dot(n, n), height = ss_dot(n, a[0]);
-    if (size2 > 0 && height * height >= best * size2) return best;
-    bool inside = size2 > 0;
     for (int i = 0; i < 3; i++) {
         double across[3];
         ss_cross(n, side[i], across);
-        if (size2 > 0 && ss_dot(across, a[i]) <= 0) continue;
-        const double distance2 = to_segment(a[i], side[i]);
-        if (distance2 < best) best = distance2;
-        inside = false;
+        if (ss_dot(across, a[i]) > 0) inside = false;
+        best = fmin(best, to_segment(a[i], side[i]));
     }
-    return inside ? height * height / size2 : best;
+    const double size2 = ss_dot(n, n), height = ss_dot(n, a[0]);
+    return inside && size2 > 0 ? height * height / size2 : best;
 }
 
-/* Boxes are compared in float: so much may its rounding have added. */
-#define BOX_ROUNDING (1 - 0x1p-20f)
+/* ---- Search ---- */
 
-double ss_closest_distance2(const ss_closest *c, const float p[3], double best, uint32_t *hint) {
-    struct {
-        size_t node;
-        float distance2;
-    } stack[DEPTH + 1];
-    size_t depth = 0;
-    if (*hint < c->count) best = to_triangle(c, *hint, p, best);
-    stack[depth].node = 1, stack[depth++].distance2 = 0;
-    while (depth) {
-        const size_t node = stack[--depth].node;
-        if (!((double)(stack[depth].distance2 * BOX_ROUNDING) < best)) continue;
-        if (node >= c->leaves) {
-            const size_t first = (node - c->leaves) * LEAF;
-            for (size_t i = first; i < c->count && i < first + LEAF; i++) {
-                const double distance2 = to_triangle(c, c->order[i], p, best);
-                if (distance2 < best) best = distance2, *hint = c->order[i];
-            }
+typedef struct visit {
+    uint32_t node;
+    uint32_t level;
+    float distance2;
+} visit;
+
+/* Puts the children that may hold something nearer on the stack, the nearest on top. */
+static visit *push_children(const ss_closest *c, visit at, const float p[3], float best,
+                            visit *stack) {
+    const lanes distance2 = to_boxes(&c->nodes[c->first[at.level] + at.node], p);
+    visit *bottom = stack;
+    for (uint32_t lane = 0; lane < WIDE; lane++) {
+        if (!(distance2[lane] < best)) continue;
+        visit *place = stack++;
+        for (; place > bottom && place[-1].distance2 < distance2[lane]; place--) {
+            place[0] = place[-1];
+        }
+        *place = (visit){WIDE * at.node + lane, at.level - 1, distance2[lane]};
+    }
+    return stack;
+}
+
+/* The nearest triangle if it is nearer than best2, else hint. */
+static uint32_t nearest(const ss_closest *c, const float p[3], float best2, uint32_t hint) {
+    visit stack[LEVELS * (WIDE - 1) + 1], *top = stack;
+    *top++ = (visit){0, c->top, 0};
+    while (top > stack) {
+        const visit at = *--top;
+        if (!(at.distance2 < best2)) continue;
+        if (at.level > 0) {
+            top = push_children(c, at, p, best2, top);
             continue;
         }
-        const float left = to_box(&c->boxes[2 * node], p),
-                    right = to_box(&c->boxes[2 * node + 1], p);
-        const size_t far = right > left; /* the far one is pushed first */
-        stack[depth].node = 2 * node + far, stack[depth++].distance2 = far ? right : left;
-        stack[depth].node = 2 * node + !far, stack[depth++].distance2 = far ? left : right;
+        const leaf *l = &c->leaves[at.node];
+        const lanes distance2 = to_leaf(l, p);
+        for (int lane = 0; lane < WIDE; lane++) {
+            if (distance2[lane] < best2) best2 = distance2[lane], hint = l->triangle[lane];
+        }
     }
-    return best;
+    return hint;
+}
+
+double ss_closest_distance2(const ss_closest *c, const float p[3], double bound, uint32_t *hint) {
+    if (*hint < c->count) bound = fmin(bound, to_triangle(c, *hint, p));
+    const uint32_t found = nearest(c, p, (float)bound, SS_NO_HINT);
+    if (found == SS_NO_HINT) return bound;
+    *hint = found;
+    return fmin(bound, to_triangle(c, found, p));
 }
