@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 int main(void) {
-    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1}, floor[] = {0, 0, 0, 0.9f, 0, 0, 3, 0, 0};
+    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1}, floor[] = {0, 0, 0, 0.6f, 0, 0, 3, 0, 0};
     const uint32_t indices[] = {0, 1, 2};
     float visibility[3];
 

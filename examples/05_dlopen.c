@@ -49,7 +49,7 @@ static int load(const char *path) {
 }
 
 int main(int argc, char **argv) {
-    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1}, point[] = {0.9f, 0, 0};
+    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1}, point[] = {0.6f, 0, 0};
     const uint32_t indices[] = {0, 1, 2};
     float visibility;
     if (!load(argc > 1 ? argv[1] : "libsoftshadow.so.1")) return 3;

@@ -29,7 +29,7 @@ else
         }
     }' >"$mesh"
 fi
-light=sphere:2.6,3.2,2.2,0.6
+light=sphere:2.2,2.9,1.1,0.5
 
 # A list of points: 101 x 101 on the floor, with the normal that faces up.
 awk -v y="$floor" 'BEGIN {
@@ -49,7 +49,7 @@ awk -F, 'NR > 1 { n++; v = $NF; lit += v >= 1; dark += v <= 0; sum += v }
               lit, dark, n - lit - dark, sum / n }' visibility.csv
 
 echo "demo: a picture"
-"$softshadow" render "$mesh" --light "$light" --size 960x720 --aov visibility,position,normal,depth \
+"$softshadow" render "$mesh" --light "$light" --size 800x600 --aov visibility,position,normal,depth \
     -o preview.exr -o preview.png --stats 2>render.txt || { cat render.txt; exit 1; }
 sed 's/^/    /' render.txt
 ms=$((($(now) - begin) / 1000000))

@@ -134,7 +134,8 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *mesh_c
                  "shadows. What was made, and in what time, is told on stderr.",
         .table_names = headings,
         .tables = {own, build, run},
-        .more = "Examples:\n"
+        .more = "--tolerance is N/128 with --aa N unless it or --samples is given: a pixel is the mean of its\n"
+                "rays.\n\nExamples:\n"
                 "  softshadow render bunny.obj --light sphere:3,4,2,0.5 -o bunny.png\n"
                 "  softshadow render a.ply b.ply --up z --light sun:1,1,-2,0.27 --aa 1 \\\n"
                 "      --aov position,normal,visibility -o passes.exr\n"};
@@ -143,6 +144,13 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *mesh_c
     p->smooth = r->shading == 0;
     p->up = "yz"[r->up];
     return true;
+}
+
+/* A pixel is the mean of aa x aa points whose errors are independent: 1/128 a
+ * pixel is what a preview needs. */
+static void choose_tolerance(request *r) {
+    softshadow_build *b = &r->build.build;
+    if (b->tolerance == 0 && b->samples == 0) b->tolerance = fmin(r->picture.aa / 128.0, 1);
 }
 
 static bool check(request *r, int mesh_count, cli_error *error) {
@@ -156,6 +164,7 @@ static bool check(request *r, int mesh_count, cli_error *error) {
     for (int c = 0; c < 3; c++)
         if (r->picture.albedo[c] < 0 || r->picture.ground_albedo[c] < 0)
             return cli_fail(error, CLI_USAGE, "--albedo: 0 and more is allowed");
+    choose_tolerance(r);
     return cli_build_options_finish(&r->build, error);
 }
 
