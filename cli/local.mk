@@ -17,7 +17,7 @@ libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
 libcli_la_LIBADD =
 
 
-EXTRA_PROGRAMS = softshadow
+bin_PROGRAMS += softshadow
 softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
   %D%/info.c \
