@@ -28,8 +28,8 @@ typedef struct cli_shown {
 } cli_shown;
 const char *cli_show(cli_shown *shown, const char *begin, size_t length);
 
-/* The end of a path, which tells more than its beginning: at most 200 bytes of it, so that a message
- * has room for what is wrong. */
+/* The end of a path, which tells more than its beginning: at most 200 bytes of it, so that a
+ * message has room for what is wrong. */
 const char *cli_show_path(const char *path, char shown[208]);
 
 #ifdef __cplusplus

@@ -37,7 +37,7 @@ static bool take_light(void *into, const char *value, cli_error *error) {
     return cli_light_parse(value, &in->lights[in->light_count], error) && ++in->light_count;
 }
 
-/* ---- What is found -----------------------------------------------------------------------------*/
+/* ---- What is found ----------------------------------------------------------------------------*/
 
 static bool library_fails(const info *in, const char *path, cli_error *error) {
     return cli_fail(error, CLI_FAILED, "%s: %s", path, softshadow_last_message(in->handle));
@@ -76,7 +76,7 @@ static bool examine(info *in, findings *found, cli_error *error) {
     return fine;
 }
 
-/* ---- How it is told ----------------------------------------------------------------------------*/
+/* ---- How it is told ---------------------------------------------------------------------------*/
 
 static const struct count {
     const char *words, *name;
@@ -163,7 +163,7 @@ static void as_json(info *in, const findings *found) {
     cli_text_printf(out, "]}");
 }
 
-/* ---- The command -------------------------------------------------------------------------------*/
+/* ---- The command ------------------------------------------------------------------------------*/
 
 static bool one_mesh(info *in, const char *path, cli_error *error) {
     cli_mesh mesh;
@@ -221,9 +221,10 @@ int cli_info(int argc, char **argv) {
         {.name = "json", .kind = CLI_FLAG, .into = &in.json, .help = "as JSON, for programs"},
         {0}};
     const cli_command command = {
-        .name = "info", .usage = "MESH... [--light L] [--json]",
-        .about = "Counts what meshes (OBJ, PLY, STL, OFF) are made of, after vertices in the same place\n"
-                 "were taken as one, and whether they are closed. L is\n" CLI_LIGHT_FORMS ".",
+        .name = "info",
+        .usage = "MESH... [--light L] [--json]",
+        .about = "Counts what meshes (OBJ, PLY, STL, OFF) are made of, after vertices in the same\n"
+                 "place were taken as one, and whether they are closed. L is\n" CLI_LIGHT_FORMS ".",
         .tables = {own},
         .more = "  softshadow info bunny.obj --light sphere:0,0,8,0.5\n"};
     char **paths;

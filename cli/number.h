@@ -1,8 +1,9 @@
 /* Numbers out of text: a decimal point whatever the locale, no copy, no terminating zero needed.
  *
- * Each call reads one number that begins at *at and lies before end. With CLI_NUMBER_OK *at is moved
- * behind it; what follows (a blank, a comma, a letter) is the caller's to judge: "0x10" is a 0 and
- * then an x, "1,5" a 1 and then a comma. Otherwise *at stays and *value is 0. A leading + is taken. */
+ * Each call reads one number that begins at *at and lies before end. With CLI_NUMBER_OK *at is
+ * moved behind it; what follows (a blank, a comma, a letter) is the caller's to judge: "0x10" is a
+ * 0 and then an x, "1,5" a 1 and then a comma. Otherwise *at stays and *value is 0. A leading + is
+ * taken. */
 #ifndef CLI_NUMBER_H
 #define CLI_NUMBER_H
 

@@ -104,7 +104,7 @@ bool cli_builder_face(cli_builder *builder, uint32_t corners, const char *at) {
     return true;
 }
 
-/* ---- When all vertices are known ---------------------------------------------------------------*/
+/* ---- When all vertices are known --------------------------------------------------------------*/
 
 /* Takes the corners back out of the fan that cli_builder_face() made of them. */
 static void recover_face(cli_builder *builder, const cli_outline *outline) {
@@ -124,14 +124,16 @@ static void recover_face(cli_builder *builder, const cli_outline *outline) {
 
 static bool fail_effort(const cli_builder *builder, const cli_outline *outline) {
     const cli_source *source = builder->source;
-    const char *wrong = "concave corners; corners x concave corners are at most 2^24 for a face, and "
-                        "for a file 2^26 and 64 for each byte";
+    const char *wrong =
+        "concave corners; corners x concave corners are at most 2^24 for a face, and "
+        "for a file 2^26 and 64 for each byte";
     if (builder->mesh.format[0] == 'b') /* binary: a place is a byte */
         return cli_source_fail_byte(source, (size_t) (outline->at - source->data), builder->error,
                                     "a face of %" PRIu32 " corners has too many %s",
                                     outline->corners, wrong);
     return cli_source_fail(source, outline->at, builder->error,
-                           "a face of %" PRIu32 " corners has too many %s", outline->corners, wrong);
+                           "a face of %" PRIu32 " corners has too many %s", outline->corners,
+                           wrong);
 }
 
 /* A face's limit alone would let a file of many such faces take seconds for each 100 KB. */

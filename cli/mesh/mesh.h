@@ -1,20 +1,20 @@
 /* Mesh files as triangle soups: OBJ, PLY (ascii, binary of either byte order), STL (ascii, binary)
  * and OFF. Readers of our own, because a file is not to be trusted: nothing is allocated that the
- * file's size does not account for, nothing is dropped, repaired or guessed. A file is read as it is
- * or refused with one line: file:line:column (or file: byte N), what is wrong, what is allowed.
+ * file's size does not account for, nothing is dropped, repaired or guessed. A file is read as it
+ * is or refused with one line: file:line:column (or file: byte N), what is wrong, what is allowed.
  *
- * What is read   Faces with more than three corners become triangles that tile them, concave ones
- *                too. Degenerate triangles stay. Order is the file's: of vertices, faces, and the
- *                triangles of a face. Materials, normals, colours, lines and groups are passed over;
- *                no other file is opened.
- * Precision      The type a file declares: float is SOFTSHADOW_F32, double and 32-bit integers are
- *                _F64. OBJ, OFF and ascii STL declare none and are read as double: rounding to float
- *                would move the points of a scene that lies far from its origin.
- * Limits         Coordinates are finite and within +-1e15 (the library's own limit); a face has 3 to
- *                65536 corners; corners x concave corners are at most 2^24 for a face, and for a file
- *                2^26 and 64 for each byte, which bounds the time; a line has 64 KiB, one that lists
- *                a face 1 MiB; a PLY header 64 KiB; vertices fit 32-bit indices; the file is a
- *                regular one of at most half the machine's memory. */
+ * What is read  Faces with more than three corners become triangles that tile them, concave ones
+ *               too. Degenerate triangles stay. Order is the file's: of vertices, faces, and the
+ *               triangles of a face. Materials, normals, colours, lines and groups are passed over;
+ *               no other file is opened.
+ * Precision     The type a file declares: float is SOFTSHADOW_F32, double and 32-bit integers are
+ *               _F64. OBJ, OFF and ascii STL declare none and are read as double: rounding to
+ *               float would move the points of a scene that lies far from its origin.
+ * Limits        Coordinates are finite and within +-1e15 (the library's own limit); a face has 3
+ *               to 65536 corners; corners x concave corners are at most 2^24 for a face, and for a
+ *               file 2^26 and 64 for each byte, which bounds the time; a line has 64 KiB, one that
+ *               lists a face 1 MiB; a PLY header 64 KiB; vertices fit 32-bit indices; the file is
+ *               a regular one of at most half the machine's memory. */
 #ifndef CLI_MESH_H
 #define CLI_MESH_H
 
@@ -36,9 +36,9 @@ typedef struct cli_mesh {
     uint64_t unclean_faces; /* outlines that cross themselves or have no area: triangles overlap */
 } cli_mesh;
 
-/* Reads a mesh of at least one triangle. The name's ending tells the format (.obj .ply .stl .off, in
- * any case) and the content must agree; with another ending the content tells, where it can (OBJ has
- * no signature). On error *out is all zero. */
+/* Reads a mesh of at least one triangle. The name's ending tells the format (.obj .ply .stl .off,
+ * in any case) and the content must agree; with another ending the content tells, where it can (OBJ
+ * has no signature). On error *out is all zero. */
 bool cli_mesh_read(const char *path, cli_mesh *out, cli_error *error);
 
 /* The same with texture coordinates: of OBJ's corners (a vertex that has several is split, so that

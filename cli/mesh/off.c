@@ -46,7 +46,8 @@ static bool read_keyword(off *o) {
     o->text.at = end;
     cli_scan_blanks(&o->text);
     if (cli_scan_word_is(&o->text, "BINARY"))
-        return cli_scan_fail_word(&o->text, "OFF is not read; ascii OFF is, and binary PLY and STL");
+        return cli_scan_fail_word(&o->text,
+                                  "OFF is not read; ascii OFF is, and binary PLY and STL");
     return true;
 }
 
@@ -76,7 +77,8 @@ static bool read_counts(off *o) {
     if (!cli_scan_line_over(&o->text) &&
         !cli_scan_count(&o->text, "number of edges", &edges))
         return false;
-    if (!expect_line_over(o, "is one too many; vertices, faces and edges are counted")) return false;
+    if (!expect_line_over(o, "is one too many; vertices, faces and edges are counted"))
+        return false;
     /* The shortest vertex is "0 0 0", the shortest face "3 0 0 0", and a newline each. */
     const cli_source *source = o->text.source;
     uint64_t left = (uint64_t) (source->data + source->size - o->text.at) + 1;
@@ -104,7 +106,8 @@ static bool read_vertex(off *o, uint64_t number) {
     int count = read_numbers(o, "a normal, colour or texture coordinate", high, last);
     if (count < 0) return false;
     if (count < low)
-        return cli_scan_fail_word(&o->text, "the header's letters ask for more numbers at a vertex");
+        return cli_scan_fail_word(&o->text,
+                                  "the header's letters ask for more numbers at a vertex");
     if (o->uvs && o->has_uvs) {
         float *uv = o->builder->mesh.uvs + 2 * number;
         if (fabs(last[0]) > FLT_MAX || fabs(last[1]) > FLT_MAX)

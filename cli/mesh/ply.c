@@ -35,7 +35,7 @@ static const ply_property *property_of(const ply *p, const ply_element *element,
     return &p->header.property[element->first + i];
 }
 
-/* ---- What the header promises ------------------------------------------------------------------*/
+/* ---- What the header promises -----------------------------------------------------------------*/
 
 static bool fail_header(const ply *p, const ply_element *element, const char *problem) {
     return cli_source_fail(p->source, element ? element->at : p->source->data, p->error, "%s",
@@ -114,7 +114,7 @@ static bool check_counts(const ply *p) {
     return true;
 }
 
-/* ---- Records as text ---------------------------------------------------------------------------*/
+/* ---- Records as text --------------------------------------------------------------------------*/
 
 static bool text_value(ply *p, const ply_property *property, double *value) {
     if (ply_type_is_float(property->type)) {
@@ -144,7 +144,7 @@ static bool text_skip(ply *p, uint64_t items) {
     return true;
 }
 
-/* ---- Records as bytes --------------------------------------------------------------------------*/
+/* ---- Records as bytes -------------------------------------------------------------------------*/
 
 static bool fail_record(const ply *p, const ply_element *element, const char *problem) {
     return cli_source_fail_byte(p->source, p->at, p->error, "%s %" PRIu64 " of %" PRIu64 ": %s",
@@ -168,7 +168,7 @@ static double bytes_value(const ply *p, ply_type type, size_t at) {
     }
 }
 
-/* ---- Either ------------------------------------------------------------------------------------*/
+/* ---- Either -----------------------------------------------------------------------------------*/
 
 /* One number; in text anything that is not wanted need not be one. */
 static bool read_value(ply *p, const ply_element *element, const ply_property *property,

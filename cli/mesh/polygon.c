@@ -126,7 +126,7 @@ static bool starts_inside(const outline *o, uint32_t i, const double q[2]) {
 
 /* Corner i is an ear when no concave corner lies in its triangle: on its rim either, unless
  * `touching` is allowed, which leaves degenerate triangles for later. Corners in the place of the
- * ear's own (a hole's bridge has such) do not count: starts_inside() sees on which side they are. */
+ * ear's own (a hole's bridge has such) do not count: starts_inside() sees their side. */
 static bool is_ear(const outline *o, uint32_t i, bool touching) {
     if (o->state[i] & CONCAVE) return false;
     const double *a = o->p[o->prev[i]], *b = o->p[i], *c = o->p[o->next[i]];

@@ -26,7 +26,7 @@ typedef enum cli_tiling {
 bool cli_polygon_reserve(cli_polygon *polygon, uint32_t count); /* false: out of memory */
 void cli_polygon_free(cli_polygon *polygon);
 
-/* Always count - 2 triangles, wound like the polygon. Convex polygons become the fan of corner 0. */
+/* Always count - 2 triangles, wound like the polygon. A convex one becomes the fan of corner 0. */
 cli_tiling cli_polygon_tile(cli_polygon *polygon, uint32_t count);
 
 #endif

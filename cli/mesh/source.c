@@ -1,4 +1,4 @@
-/* A mesh file in memory: opening what may be anything, and saying where in it something is wrong. */
+/* A mesh file in memory: opening what may be anything, saying where in it something is wrong. */
 #include "mesh/source.h"
 
 #include "number.h"
@@ -138,7 +138,7 @@ bool cli_source_fail_byte(const cli_source *source, size_t byte, cli_error *erro
     return false;
 }
 
-/* ---- Text ------------------------------------------------------------------------------------*/
+/* ---- Text -------------------------------------------------------------------------------------*/
 
 const char *cli_scan_word_end(const cli_scan *text) {
     const char *c = text->at;

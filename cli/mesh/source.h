@@ -34,7 +34,7 @@ bool cli_source_fail(const cli_source *source, const char *at, cli_error *error,
 bool cli_source_fail_byte(const cli_source *source, size_t byte, cli_error *error,
                           const char *format, ...) __attribute__((format(printf, 4, 5)));
 
-/* ---- Text ------------------------------------------------------------------------------------*/
+/* ---- Text -------------------------------------------------------------------------------------*/
 
 /* A position in checked text. Scans need no end: a zero byte stops them. */
 typedef struct cli_scan {

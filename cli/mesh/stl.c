@@ -2,8 +2,8 @@
  * based on: 3D Systems, "Stereolithography Interface Specification", 1989.
  *
  * Every triangle keeps three vertices of its own, as in the file; the library joins those in one
- * place. Normals are not read (they are often zero or nan, and follow from the corners), nor are the
- * two spare bytes of a binary record. */
+ * place. Normals are not read (they are often zero or nan, and follow from the corners), nor are
+ * the two spare bytes of a binary record. */
 #include "mesh/bytes.h"
 #include "mesh/readers.h"
 
@@ -17,7 +17,7 @@
 
 enum { HEAD = 84, RECORD = 50 };
 
-/* ---- Binary ----------------------------------------------------------------------------------*/
+/* ---- Binary -----------------------------------------------------------------------------------*/
 
 static uint64_t announced(const cli_source *source) {
     return cli_bytes_unsigned(source->data + 80, 4, false);
@@ -72,7 +72,7 @@ bool cli_read_stl_binary(cli_builder *builder) {
     return true;
 }
 
-/* ---- Text ------------------------------------------------------------------------------------*/
+/* ---- Text -------------------------------------------------------------------------------------*/
 
 static bool is_word(const cli_scan *text, const char *word) {
     size_t length = strlen(word);

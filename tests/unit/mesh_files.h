@@ -106,7 +106,7 @@ static inline void mesh_check_refusal(const char *path, const cli_mesh *mesh,
                                       const cli_error *error) {
     if (strncmp(error->text, path, strlen(path))) fail_msg("no file in: %s", error->text);
     for (const char *c = error->text; *c; c++)
-        if ((unsigned char) *c < 0x20 || *c == 0x7f) fail_msg("not one plain line: %s", error->text);
+        if ((unsigned char)*c < 0x20 || *c == 0x7f) fail_msg("not one plain line: %s", error->text);
     assert_true(strlen(error->text) > strlen(path) + 10);
     assert_int_equal(error->status, 1);
     assert_true(!mesh->positions && !mesh->indices && !mesh->uvs && !mesh->vertex_count);

@@ -53,7 +53,7 @@ static void expect(const char *path, int expected) {
                                                                              : "a bad answer");
 }
 
-/* ---- The files that broke other readers ----------------------------------------------------------*/
+/* ---- The files that broke other readers -------------------------------------------------------*/
 
 static void outlives_shared_files(void **state) {
     (void) state;
@@ -91,7 +91,7 @@ static void outlives_shared_files(void **state) {
     }
 }
 
-/* ---- Files of our own --------------------------------------------------------------------------*/
+/* ---- Files of our own -------------------------------------------------------------------------*/
 
 static blob file, mutant;
 
@@ -100,8 +100,8 @@ static blob file, mutant;
 
 static void is_not_impressed_by_counts(void **state) {
     (void) state;
-    static const char *const counts[] = {"4294967295", "9223372036854775807", "18446744073709551616",
-                                         "-1", "1e3", "1000000000000"};
+    static const char *const counts[] = {
+        "4294967295", "9223372036854775807", "18446744073709551616", "-1", "1e3", "1000000000000"};
     for (int i = 0; i < 6; i++)
         for (int which = 0; which < 3; which++) {
             file.size = 0;
@@ -209,21 +209,25 @@ static void keeps_to_its_memory(void **state) {
     expect(mesh_path("hole.ply"), REFUSED);
 }
 
-/* ---- Good files, to be cut and damaged -----------------------------------------------------------*/
+/* ---- Good files, to be cut and damaged --------------------------------------------------------*/
 
 static void good_obj(blob *to) {
-    blob_text(to, "# small\nmtllib a.mtl\no x\nv 0 0 0\nv 1.5 0 0 1\r\nv 1e0 1 0 .5 .5 .5\nv 0 +1 \\\n-0.25\n"
-                  "vt 0 0\nvn 0 0 1\nusemtl b\ns 1\nf 1 2 3\nf 1/1 3/1 4/1\nf -1//1 -2//1 -3//1\n"
-                  "f 1/1/1 2/1/1 \\\n 4/1/1\n");
+    blob_text(
+        to,
+        "# small\nmtllib a.mtl\no x\nv 0 0 0\nv 1.5 0 0 1\r\nv 1e0 1 0 .5 .5 .5\nv 0 +1 \\\n-0.25\n"
+        "vt 0 0\nvn 0 0 1\nusemtl b\ns 1\nf 1 2 3\nf 1/1 3/1 4/1\nf -1//1 -2//1 -3//1\n"
+        "f 1/1/1 2/1/1 \\\n 4/1/1\n");
 }
 
 static void good_ply(blob *to, int format) {
     static const char *const names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
     bool big = format == 2;
-    blob_text(to, "ply\nformat %s 1.0\ncomment a\nelement vertex 4\nproperty float x\n"
-                  "property double y\nproperty short z\nproperty list uchar uchar l\nelement face 2\n"
-                  "property uchar q\nproperty list uchar int vertex_indices\nelement edge 1\n"
-                  "property uint a\nend_header\n", names[format]);
+    blob_text(to,
+              "ply\nformat %s 1.0\ncomment a\nelement vertex 4\nproperty float x\n"
+              "property double y\nproperty short z\nproperty list uchar uchar l\nelement face 2\n"
+              "property uchar q\nproperty list uchar int vertex_indices\nelement edge 1\n"
+              "property uint a\nend_header\n",
+              names[format]);
     for (int i = 0; i < 4; i++) {
         if (format == 0) {
             blob_text(to, "%d %g %d 1 7\n", i % 2, i / 2 + .25, -i);
@@ -361,7 +365,7 @@ static void refuses_what_trails(void **state) {
     }
 }
 
-/* ---- Damage ------------------------------------------------------------------------------------*/
+/* ---- Damage -----------------------------------------------------------------------------------*/
 
 static void splice(blob *to, size_t at, size_t removed, const char *put, size_t length) {
     if (at > to->size) at = to->size;
@@ -372,9 +376,27 @@ static void splice(blob *to, size_t at, size_t removed, const char *put, size_t 
 }
 
 static void damage(blob *to, uint64_t *seed) {
-    static const char *const words[] = {"-1", "0", "4294967296", "1e999", "nan", "\\\n", "\r\n", "\n",
-                                        "99", " ", "list", "#", "/", "property", "65537", "1e-999",
-                                        "end_header\n", "0x1", "3", "f 1 2 3 4 5 6\n", "ply\n"};
+    static const char *const words[] = {"-1",
+                                        "0",
+                                        "4294967296",
+                                        "1e999",
+                                        "nan",
+                                        "\\\n",
+                                        "\r\n",
+                                        "\n",
+                                        "99",
+                                        " ",
+                                        "list",
+                                        "#",
+                                        "/",
+                                        "property",
+                                        "65537",
+                                        "1e-999",
+                                        "end_header\n",
+                                        "0x1",
+                                        "3",
+                                        "f 1 2 3 4 5 6\n",
+                                        "ply\n"};
     size_t at = to->size ? mesh_random(seed) % to->size : 0;
     uint64_t r = mesh_random(seed);
     char copy[32], byte = (char) (r >> 8);

@@ -265,7 +265,8 @@ static void is_bounded_in_time(void **state) {
     count = 0; /* a scribble of the largest kind */
     while (count < 5600) corner(uniform(), uniform());
     assert_int_equal(tile(&flat), CLI_TILING_UNCLEAN);
-    assert_true(seconds() - start < 20); /* half a second on an idle core; sanitizers and load take theirs */
+    assert_true(seconds() - start <
+                20); /* half a second on an idle core; sanitizers and load take theirs */
     count = 0;
     while (count < MOST) corner(uniform(), uniform());
     assert_int_equal(tile(&flat), CLI_TILING_TOO_LARGE);

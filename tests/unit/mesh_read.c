@@ -5,7 +5,7 @@
 #include <locale.h>
 #include <sys/stat.h>
 
-/* ---- Small files and what becomes of them ------------------------------------------------------*/
+/* ---- Small files and what becomes of them -----------------------------------------------------*/
 
 typedef struct good {
     const char *name, *text;
@@ -24,16 +24,18 @@ static const good goods[] = {
     {"quad.obj", SQUARE "f 1 2 3 4", 4, 2, "0 1 2 0 2 3"},
     {"negative.obj", SQUARE "f -4 -3 -2\nv 0 0 1\nf -1 -2 1\n", 5, 2, "0 1 2 4 3 0"},
     {"forward.obj", "f 1 2 3\nf 2 3 4\n" SQUARE, 4, 2, "0 1 2 1 2 3"},
-    {"forward_concave.obj", "f 1 2 3 4\nv 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n", 4, 2,
-     "0 1 2 0 2 3"},
+    {"forward_concave.obj", "f 1 2 3 4\nv 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n", 4, 2, "0 1 2 0 2 3"},
     {"concave.obj", "v 1 1 0\nv 0 4 0\nv 0 0 0\nv 4 0 0\nf 2 3 4 1\n", 4, 2, "1 2 0 2 3 0"},
     {"forms.obj", SQUARE "vt 0 0\nvn nan 0 0\nf 1/1 2//1 3/1/1\nf 1/-1/-1 2/1 -1\n", 4, 2,
      "0 1 2 0 1 3"},
     {"weights.obj", "v 0 0 0 1\nv 1 0 0 .1 .2 .3\nv +1 1.e0 0 1 1 1 0.5\nf 1 2 3\n", 3, 1, "0 1 2"},
     {"continued.obj", "v 0 \\\n 0 0\nv 1 0 0\nv 0 1 0\nf 1\\\r\n 2\\\n\\\n3\n", 3, 1, "0 1 2"},
-    {"crlf.obj", "# c\\\r\nv 0 0 0\r\nv 1 0 0\r\n\r\nv 0 1 0\r\n\tf\t1 2  3 # four\r\n", 3, 1, "0 1 2"},
-    {"ignored.obj", "mtllib /etc/passwd\no x\n" SQUARE "g a b\\\n c\nusemtl \\n\ns off\nl 1 9\np 7\n"
-                    "f 1 2 3\n", 4, 1, "0 1 2"},
+    {"crlf.obj", "# c\\\r\nv 0 0 0\r\nv 1 0 0\r\n\r\nv 0 1 0\r\n\tf\t1 2  3 # four\r\n", 3, 1,
+     "0 1 2"},
+    {"ignored.obj",
+     "mtllib /etc/passwd\no x\n" SQUARE "g a b\\\n c\nusemtl \\n\ns off\nl 1 9\np 7\n"
+     "f 1 2 3\n",
+     4, 1, "0 1 2"},
     {"degenerate.obj", SQUARE "f 1 1 2\nf 1 2 1\nf 3 3 3\n", 4, 3, "0 0 1 0 1 0 2 2 2"},
     {"bom.obj", "\xef\xbb\xbf" SQUARE "f 1 2 3\n", 4, 1, "0 1 2"},
     {"CAPITALS.OBJ", SQUARE "f 1 2 3\n", 4, 1, "0 1 2"},
@@ -43,24 +45,34 @@ static const good goods[] = {
     {"colours.off", "COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 1 0 0\n0 1 0 7\n3 0 1 2 255 0 0\n", 3, 1,
      "0 1 2"},
     {"normals.off", "NOFF\n3 1\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n", 3, 1, "0 1 2"},
-    {"all.off", "STCNOFF\n3 1 0\n0 0 0 0 0 1 1 1 1 .5 .25\n1 0 0 0 0 1 1 1 1 1 0 0\n"
-                "0 1 0 0 0 1 9 1 1\n3 0 1 2\n", 3, 1, "0 1 2"},
+    {"all.off",
+     "STCNOFF\n3 1 0\n0 0 0 0 0 1 1 1 1 .5 .25\n1 0 0 0 0 1 1 1 1 1 0 0\n"
+     "0 1 0 0 0 1 9 1 1\n3 0 1 2\n",
+     3, 1, "0 1 2"},
     {"noname", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", 3, 1, "0 1 2"},
-    {"plain.stl", "solid a b\nfacet normal nan 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
-                  "vertex 0 1 0\nendloop\nendfacet\nendsolid a b\n", 3, 1, "0 1 2"},
-    {"two.stl", "\nSOLID\nFACET NORMAL 0 0 1 OUTER LOOP VERTEX 0 0 0 VERTEX 1 0 0 VERTEX 0 1 0 "
-                "ENDLOOP ENDFACET\nendsolid\nsolid b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
-                "vertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid", 6, 2, "0 1 2 3 4 5"},
-    {"plain.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
-                  "4 0 1 2 3\n", 4, 2, "0 1 2 0 2 3"},
-    {"crlf.ply", "ply\r\nformat ascii 1.0\r\ncomment a\r\nelement vertex 3\r\nproperty double x\r\n"
-                 "property double y\r\nproperty double z\r\nobj_info b\r\nelement face 1\r\n"
-                 "property list uint8 uint32 vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n"
-                 "3 0 1 2\r\n", 3, 1, "0 1 2"},
-    {"order.ply", PLY_HEAD "element extra 2\nproperty list uchar float q\nproperty int r\n"
-                  "element face 1\nproperty uchar red\nproperty list uchar int vertex_indices\n"
-                  "element vertex 4\nproperty float nx\n" PLY_XYZ "element edge 1\nproperty int a\n"
-                  "end_header\n0 5\n2 1 nan 6\n9 4 0 1 2 3\nnan 4 0 0\n0 1 1 0\n0 0 4 0\n0 0 0 0\n7\n",
+    {"plain.stl",
+     "solid a b\nfacet normal nan 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+     "vertex 0 1 0\nendloop\nendfacet\nendsolid a b\n",
+     3, 1, "0 1 2"},
+    {"two.stl",
+     "\nSOLID\nFACET NORMAL 0 0 1 OUTER LOOP VERTEX 0 0 0 VERTEX 1 0 0 VERTEX 0 1 0 "
+     "ENDLOOP ENDFACET\nendsolid\nsolid b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
+     "vertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid",
+     6, 2, "0 1 2 3 4 5"},
+    {"plain.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS "4 0 1 2 3\n", 4,
+     2, "0 1 2 0 2 3"},
+    {"crlf.ply",
+     "ply\r\nformat ascii 1.0\r\ncomment a\r\nelement vertex 3\r\nproperty double x\r\n"
+     "property double y\r\nproperty double z\r\nobj_info b\r\nelement face 1\r\n"
+     "property list uint8 uint32 vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n"
+     "3 0 1 2\r\n",
+     3, 1, "0 1 2"},
+    {"order.ply",
+     PLY_HEAD "element extra 2\nproperty list uchar float q\nproperty int r\n"
+              "element face 1\nproperty uchar red\nproperty list uchar int vertex_indices\n"
+              "element vertex 4\nproperty float nx\n" PLY_XYZ "element edge 1\nproperty int a\n"
+              "end_header\n0 5\n2 1 nan 6\n9 4 0 1 2 3\nnan 4 0 0\n0 1 1 0\n0 0 4 0\n0 0 0 0\n7\n",
      4, 2, "0 1 3 1 2 3"},
 };
 
@@ -90,12 +102,13 @@ static void reads_small_files(void **state) {
     }
 }
 
-/* ---- Small files and why they are refused ------------------------------------------------------*/
+/* ---- Small files and why they are refused -----------------------------------------------------*/
 
 static const struct bad {
     const char *name, *text, *message;
 } bads[] = {
-    {"comma.obj", "v 0,5 0 0\n", ":1:3: '0,5' is not a number; x must be one, with a decimal point"},
+    {"comma.obj", "v 0,5 0 0\n",
+     ":1:3: '0,5' is not a number; x must be one, with a decimal point"},
     {"hex.obj", "v 0 0x10 0\n", ":1:5: '0x10' is not a number"},
     {"nan.obj", SQUARE "v 0 0 -NaN\n", ":5:7: '-NaN' is not finite"},
     {"inf.obj", "v 0 infinity 0\n", ":1:5: 'infinity' is not finite"},
@@ -108,7 +121,8 @@ static const struct bad {
     {"zero.obj", SQUARE "f 0 1 2\n", ":5:3: '0' is no index of a vertex; from 1, or -4 to -1"},
     {"before.obj", SQUARE "f 1 2 -5\n", ":5:7: '-5' is no index"},
     {"least.obj", SQUARE "f 1 2 -9223372036854775808\n", ":5:7: '-9223372036854775808' is no"},
-    {"range.obj", SQUARE "f 1 2 3\nf 1 2 5\nf 1 2 3\n", ":6:7: vertex 5 is named, but the file has 4"},
+    {"range.obj", SQUARE "f 1 2 3\nf 1 2 5\nf 1 2 3\n",
+     ":6:7: vertex 5 is named, but the file has 4"},
     {"range_vt.obj", SQUARE "f 1/1 2 3\n", ":5:5: texture coordinate 1 is named"},
     {"range_vn.obj", SQUARE "f 1//1 2 3\n", ":5:6: normal 1 is named"},
     {"two.obj", SQUARE "f 1 2\n", ":5:6: a face of 2 corners; 3 to 65536"},
@@ -134,8 +148,10 @@ static const struct bad {
     {"more.off", "OFF\n3 1 0\n0 0 0 5\n1 0 0\n0 1 0\n3 0 1 2\n", ":3:7: '5' is one too many"},
     {"less.off", "NOFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", ":3:6: the line ends here"},
     {"after.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\nx\n", ":7:1: 'x' stands behind"},
-    {"facet.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
-                  "vertex 1 1 1\n", ":7:1: 'vertex' stands where 'endloop' must"},
+    {"facet.stl",
+     "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+     "vertex 1 1 1\n",
+     ":7:1: 'vertex' stands where 'endloop' must"},
     {"empty.stl", "solid\nendsolid\n", "has no faces"},
     {"short.stl", "xsolid\n", ": byte 7: the file ends; a binary STL has at least 84 bytes"},
     {"type.ply", PLY_HEAD "element vertex 3\nproperty quad x\n", ":4:10: 'quad' is no type"},
@@ -143,29 +159,42 @@ static const struct bad {
      ":4:15: 'float' is no type of a list's length"},
     {"twice.ply", PLY_HEAD "element vertex 3\nproperty int x\nproperty int x\n",
      ":5:14: 'x' is a property of this element twice"},
-    {"again.ply", PLY_HEAD "element vertex 3\nelement vertex 3\n", ":4:9: 'vertex' is announced twice"},
+    {"again.ply", PLY_HEAD "element vertex 3\nelement vertex 3\n",
+     ":4:9: 'vertex' is announced twice"},
     {"version.ply", "ply\nformat ascii 2.0\n", ":2:14: '2.0' is no version; 1.0 is"},
     {"late.ply", "ply\nelement vertex 3\n", ":2:1: 'element' stands where 'format' must"},
     {"nox.ply", PLY_HEAD "element vertex 1\nproperty float y\nelement face 1\n" PLY_FACES,
      ":3:9: element vertex must have properties x, y and z"},
-    {"cloud.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "end_header\n" PLY_POINTS, ":1:1: no faces"},
-    {"nothing.ply", PLY_HEAD "element vertex 0\n" PLY_XYZ "element void 9\nelement face 1\n" PLY_FACES,
+    {"cloud.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "end_header\n" PLY_POINTS,
+     ":1:1: no faces"},
+    {"nothing.ply",
+     PLY_HEAD "element vertex 0\n" PLY_XYZ "element void 9\nelement face 1\n" PLY_FACES,
      ":7:9: an element without properties"},
-    {"negative.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n"
-                     "property list char int vertex_indices\nend_header\n" PLY_POINTS "-3 0 1 2\n",
+    {"negative.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n"
+              "property list char int vertex_indices\nend_header\n" PLY_POINTS "-3 0 1 2\n",
      ":14:1: '-3' is no length of a list"},
-    {"range.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
-                  "300 0 1 2\n", ":14:1: '300' is no value of the integer type"},
-    {"corner.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
-                   "3 0 1 -1\n", ":14:7: vertex -1 (counted from 0) is named, but the file has 4"},
-    {"two.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
-                "2 0 1    \n", ":14:1: a face of 2 corners"},
-    {"missing.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES
-                    "0 0 0\n1 0\n1 1 0 0\n0 1 0\n3 0 1 2\n", ":11:4: the line ends here; z"},
-    {"single.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES
-                   "0 0 1e39\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n", ":10:5: '1e39' is too large"},
-    {"after.ply", PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
-                  "3 0 1 2\n\n3 0 1 2\n", ":16:1: '3' stands behind the last record"},
+    {"range.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS "300 0 1 2\n",
+     ":14:1: '300' is no value of the integer type"},
+    {"corner.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS "3 0 1 -1\n",
+     ":14:7: vertex -1 (counted from 0) is named, but the file has 4"},
+    {"two.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS "2 0 1    \n",
+     ":14:1: a face of 2 corners"},
+    {"missing.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES
+              "0 0 0\n1 0\n1 1 0 0\n0 1 0\n3 0 1 2\n",
+     ":11:4: the line ends here; z"},
+    {"single.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES
+              "0 0 1e39\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n",
+     ":10:5: '1e39' is too large"},
+    {"after.ply",
+     PLY_HEAD "element vertex 4\n" PLY_XYZ "element face 1\n" PLY_FACES PLY_POINTS
+              "3 0 1 2\n\n3 0 1 2\n",
+     ":16:1: '3' stands behind the last record"},
 };
 
 static void refuses_in_one_line(void **state) {
@@ -181,7 +210,7 @@ static void refuses_in_one_line(void **state) {
     }
 }
 
-/* ---- Precision, both byte orders, every type -----------------------------------------------------*/
+/* ---- Precision, both byte orders, every type --------------------------------------------------*/
 
 enum { VERTICES = 200, FACES = 300 };
 
@@ -226,7 +255,10 @@ static void write_ply(blob *to, const sample *s, int format, bool single) {
     for (int i = 0; i < VERTICES; i++) {
         const double *p = s->position[i];
         if (format == 0) {
-            blob_text(to, "%d%s %.17g %.17g 7 %.17g\n", i % 3, i % 3 == 2 ? " -1 5" : i % 3 ? " 8" : "",
+            blob_text(to, "%d%s %.17g %.17g 7 %.17g\n", i % 3,
+                      i % 3 == 2 ? " -1 5"
+                      : i % 3    ? " 8"
+                                 : "",
                       p[0], p[1], p[2]);
             continue;
         }
@@ -282,9 +314,11 @@ static void ply_reads_integers(void **state) {
             const struct integer *n = &integers[i];
             const double values[9] = {n->low, 0, 0, n->high, 0, 0, 0, 1, 0};
             file.size = 0;
-            blob_text(&file, "ply\nformat %s 1.0\nelement vertex 3\nproperty %s x\nproperty %s y\n"
-                             "property %s z\nelement face 1\nproperty list int %s vertex_index\n"
-                             "end_header\n", ply_formats[format], n->type, n->type, n->type, n->type);
+            blob_text(&file,
+                      "ply\nformat %s 1.0\nelement vertex 3\nproperty %s x\nproperty %s y\n"
+                      "property %s z\nelement face 1\nproperty list int %s vertex_index\n"
+                      "end_header\n",
+                      ply_formats[format], n->type, n->type, n->type, n->type);
             for (int k = 0; k < 9; k++)
                 if (format == 0)
                     blob_text(&file, "%.0f%c", values[k], k % 3 == 2 ? '\n' : ' ');
@@ -379,7 +413,7 @@ static void locale_changes_nothing(void **state) {
     setlocale(LC_ALL, "C");
 }
 
-/* ---- Texture coordinates -----------------------------------------------------------------------*/
+/* ---- Texture coordinates ----------------------------------------------------------------------*/
 
 static cli_mesh read_uvs(const char *name, const char *text) {
     cli_mesh mesh;
@@ -393,8 +427,9 @@ static cli_mesh read_uvs(const char *name, const char *text) {
 static void obj_splits_vertices(void **state) {
     (void) state;
     /* A concave quad and a triangle; vertex 1 has two coordinates, vertex 3 the same twice. */
-    cli_mesh mesh = read_uvs("uv.obj", "v 1 1 0\nv 0 4 0\nv 0 0 0\nv 4 0 0\nvt 0 .25\nvt .5\nvt 1 1 0\n"
-                                       "f 2/1 3/2 4/3 1/1\nf 1/3 3/2 4/3\n");
+    cli_mesh mesh =
+        read_uvs("uv.obj", "v 1 1 0\nv 0 4 0\nv 0 0 0\nv 4 0 0\nvt 0 .25\nvt .5\nvt 1 1 0\n"
+                           "f 2/1 3/2 4/3 1/1\nf 1/3 3/2 4/3\n");
     static const double corners[9][4] = {{0, 4, 0, .25}, {0, 0, .5, 0}, {1, 1, 0, .25},
                                          {0, 0, .5, 0},  {4, 0, 1, 1},  {1, 1, 0, .25},
                                          {1, 1, 1, 1},   {0, 0, .5, 0}, {4, 0, 1, 1}};
@@ -414,9 +449,9 @@ static void obj_splits_vertices(void **state) {
 
 static void obj_wants_all_uvs(void **state) {
     (void) state;
-    static const char *const texts[] = {SQUARE "vt 0 0\nf 1/1 2/1 3\n", SQUARE "vt 0 0\nf 1 2 3/1\n",
-                                        SQUARE "vt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n",
-                                        SQUARE "vt nan 0\nf 1/1 2/1 3/1\n"};
+    static const char *const texts[] = {
+        SQUARE "vt 0 0\nf 1/1 2/1 3\n", SQUARE "vt 0 0\nf 1 2 3/1\n",
+        SQUARE "vt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n", SQUARE "vt nan 0\nf 1/1 2/1 3/1\n"};
     for (int i = 0; i < 4; i++) {
         const char *path = mesh_write("half.obj", texts[i], strlen(texts[i]));
         cli_mesh mesh;
@@ -442,7 +477,7 @@ static void vertices_have_uvs(void **state) {
     cli_mesh_free(&mesh);
 }
 
-/* ---- Files that are none -----------------------------------------------------------------------*/
+/* ---- Files that are none ----------------------------------------------------------------------*/
 
 static void refuse(const char *path, const char *message) {
     cli_mesh mesh;
@@ -478,7 +513,8 @@ static void shortens_what_it_quotes(void **state) {
     memset(file.bytes, 'x', 60000);
     file.bytes[0] = 'v', file.bytes[1] = ' ';
     assert_false(cli_mesh_read(mesh_write("long.obj", file.bytes, 60000), &mesh, &error));
-    assert_non_null(strstr(error.text, ":1:3: 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx...' is not"));
+    assert_non_null(
+        strstr(error.text, ":1:3: 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx...' is not"));
     char name[240];
     memset(name, 'n', 230);
     strcpy(name + 225, "\n.obj");
@@ -487,7 +523,7 @@ static void shortens_what_it_quotes(void **state) {
     assert_non_null(strstr(error.text, "?.obj:1:5: 'x' is not a number; y must be a finite"));
 }
 
-/* ---- The bunny ---------------------------------------------------------------------------------*/
+/* ---- The bunny --------------------------------------------------------------------------------*/
 
 static void reads_the_bunny(void **state) {
     (void) state;
