@@ -130,9 +130,30 @@ static bool load_profile(cli_build_options *o, cli_error *error) {
     return fine;
 }
 
+static bool check_method(const char *name, cli_error *error) {
+    const char *names[64] = {"auto"}, *nearest;
+    uint32_t count = 0;
+    softshadow_method_count(&count);
+    for (uint32_t i = 0; i < count && i < 62; i++) {
+        softshadow_method method = SOFTSHADOW_METHOD_INIT;
+        if (softshadow_method_info(i, &method) == SOFTSHADOW_OK) names[i + 1] = method.name;
+    }
+    for (const char *const *n = names; *n; n++)
+        if (strcmp(*n, name) == 0) return true;
+    cli_shown shown;
+    cli_show(&shown, name, strlen(name));
+    nearest = cli_options_nearest(name, names);
+    if (nearest)
+        return cli_fail(error, CLI_USAGE, "--method %s: is no method, did you mean %s?", shown.text,
+                        nearest);
+    return cli_fail(error, CLI_USAGE, "--method %s: auto and what 'softshadow methods' lists are allowed",
+                    shown.text);
+}
+
 bool cli_build_options_finish(cli_build_options *o, cli_error *error) {
     if (!o->light_count)
         return cli_fail(error, CLI_USAGE, "--light is missing, " CLI_LIGHT_FORMS " is allowed");
+    if (o->build.method && !check_method(o->build.method, error)) return false;
     o->build.blur = o->blur;
     if (o->bounds_given) o->build.bounds = o->bounds;
     return !o->profile_path || load_profile(o, error);

@@ -16,7 +16,6 @@ libcli_la_CXXFLAGS = $(AM_CXXFLAGS) -fno-exceptions -fno-rtti
 libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
 libcli_la_LIBADD =
 
-
 bin_PROGRAMS += softshadow
 softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
@@ -27,6 +26,9 @@ softshadow_SOURCES = \
 softshadow_LDADD = libcli.la libsoftshadow.la -lm -lpthread
 
 dist_man_MANS += %D%/softshadow.1
+
+bashcompletiondir = $(datadir)/bash-completion/completions
+dist_bashcompletion_DATA = %D%/completion/softshadow
 
 include %D%/image/local.mk
 include %D%/mesh/local.mk

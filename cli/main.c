@@ -30,16 +30,12 @@ static int help(void) {
            "Examples:\n"
            "  softshadow query scene.obj --light sphere:0,0,8,0.5 points.csv -o lit.csv\n"
            "  echo 1 2 0 | softshadow query scene.obj --light sun:0,0,-1,0.27\n");
-    if (fflush(stdout) == 0) return 0;
-    fprintf(stderr, "softshadow: the help could not be written\n");
-    return CLI_FAILED;
+    return cli_options_flush("");
 }
 
 static int version(void) {
     printf("softshadow %s\n", softshadow_version_string());
-    if (fflush(stdout) == 0) return 0;
-    fprintf(stderr, "softshadow: the version could not be written\n");
-    return CLI_FAILED;
+    return cli_options_flush("");
 }
 
 static int unknown(const char *word) {

@@ -1,6 +1,7 @@
 /* The parser and the help of option tables. */
 #include "options.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -166,6 +167,20 @@ static void help_option(const cli_option *o) {
     putchar('\n');
 }
 
+int cli_options_complain(const char *command, const cli_error *error) {
+    fprintf(stderr, "softshadow%s%s: %s\n", *command ? " " : "", command, error->text);
+    return error->status;
+}
+
+int cli_options_flush(const char *command) {
+    /* What overflowed the buffer has failed already, and the last flush may succeed. */
+    bool fine = fflush(stdout) == 0 && !ferror(stdout);
+    if (fine && fclose(stdout) == 0) return 0;
+    cli_error error;
+    cli_fail(&error, CLI_FAILED, "standard output: %s", strerror(errno));
+    return cli_options_complain(command, &error);
+}
+
 static int help(const cli_command *command) {
     printf("Usage: softshadow %s %s\n\n%s\n", command->name, command->usage, command->about);
     for (int t = 0; t < CLI_TABLES && command->tables[t]; t++) {
@@ -173,14 +188,7 @@ static int help(const cli_command *command) {
         for (const cli_option *o = command->tables[t]; o->name; o++) help_option(o);
     }
     if (command->more) printf("\n%s", command->more);
-    if (fflush(stdout) == 0) return 0;
-    fprintf(stderr, "softshadow %s: the help could not be written\n", command->name);
-    return CLI_FAILED;
-}
-
-int cli_options_complain(const char *command, const cli_error *error) {
-    fprintf(stderr, "softshadow%s%s: %s\n", *command ? " " : "", command, error->text);
-    return error->status;
+    return cli_options_flush(command->name);
 }
 
 bool cli_options_parse(const cli_command *command, int argc, char **argv, char ***operands,

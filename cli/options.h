@@ -67,6 +67,10 @@ bool cli_options_parse(const cli_command *command, int argc, char **argv, char *
 /* "softshadow query: TEXT" on stderr; returns error->status. */
 int cli_options_complain(const char *command, const cli_error *error);
 
+/* The last thing done with stdout when it was written by printf(): the exit status, 1 and a line on
+ * stderr when any of it was lost. */
+int cli_options_flush(const char *command);
+
 /* The candidate that differs least from word, or NULL when none is near. */
 const char *cli_options_nearest(const char *word, const char *const *candidates);
 

@@ -4,4 +4,5 @@ include %D%/unit/local.mk
 include %D%/property/local.mk
 include %D%/abi/local.mk
 include %D%/bench/local.mk
+include %D%/cli/local.mk
 include %D%/install/local.mk

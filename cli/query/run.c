@@ -152,9 +152,10 @@ static bool work(job *j, cli_error *error) {
     cli_progress_begin(&j->scene.progress, "asking");
     while (!j->source.ended) {
         size_t most = j->block.room;
-        if (j->sink.count != POINTS_UNKNOWN && j->sink.count - j->done < most)
+        /* A whole input is read until it ends: more or less than was told shows there. */
+        if (j->request->sharded && j->sink.count - j->done < most)
             most = (size_t) (j->sink.count - j->done);
-        if (!most && j->request->sharded) break;
+        if (!most) break;
         if (!points_source_read(&j->source, &j->block, most, error)) return false;
         tell_progress(j, j->block.count);
         if (!ask(j, error) || !points_sink_write(&j->sink, &j->block, j->columns, error) ||

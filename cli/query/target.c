@@ -29,6 +29,7 @@ bool query_target_choose(query_target *target, const query_request *request,
     bool standard = strcmp(request->output, "-") == 0;
     *target = (query_target){.journal.fd = -1, .output.fd = -1};
     char shown[208];
+    if (!standard && !check_inputs(request, error)) return false;
     target->format = (points_format) request->output_format;
     if (target->format == POINTS_NO_FORMAT && !standard)
         target->format = points_format_of(request->output);
@@ -50,7 +51,7 @@ bool query_target_choose(query_target *target, const query_request *request,
     target->header = target->format == POINTS_NPY ? POINTS_NPY_HEADER : 0;
     if (!standard && !(target->path = strdup(request->output)))
         return cli_fail(error, CLI_FAILED, "memory ran out");
-    return standard || check_inputs(request, error);
+    return true;
 }
 
 /* ---- --resume ------------------------------------------------------------------------------ */
