@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "scene/point.h"
 
 #define SS_ORDER_NOT UINT32_MAX /* the place of a prepared point that is not to be answered */
@@ -18,14 +19,15 @@ typedef struct ss_order_item {
 
 typedef struct ss_order {
     ss_order_item *item, *other;
-    uint32_t *start; /* of each digit; not on a host's small stack */
+    uint32_t *start; /* where each chunk's items of each digit go; not on a host's small stack */
+    double *bounds;  /* of each chunk's points */
     size_t count;
 } ss_order;
 
 bool ss_order_reserve(ss_order *order, size_t n, ss_arena *arena);
 /* As they come. */
 void ss_order_given(ss_order *order, const ss_point *points, size_t n);
-/* Along a Morton curve. */
-void ss_order_morton(ss_order *order, const ss_point *points, size_t n);
+/* Along a Morton curve; the same order for any number of threads. */
+softshadow_status ss_order_morton(ss_order *order, const ss_point *points, size_t n, ss_pool *pool);
 
 #endif

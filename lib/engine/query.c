@@ -214,8 +214,9 @@ static softshadow_status answer_block(batch *b, ss_arena *arena) {
     softshadow_status status = ss_parallel_for(pool, b->count, 4096, prepare, b);
     if (status) return status;
     const uint32_t group = b->asked->technique->group;
-    if (group) ss_order_morton(&b->order, b->prepared, b->count);
+    if (group) status = ss_order_morton(&b->order, b->prepared, b->count, pool);
     else ss_order_given(&b->order, b->prepared, b->count);
+    if (status) return status;
     return ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
 }
 

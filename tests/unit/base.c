@@ -103,13 +103,12 @@ static void arena_keeps_its_pointers(void **state) {
 
 /* Neighbours in the order are near in space: the mean step of random points on a square is a small
  * multiple of their spacing; far outliers do not spoil it, equal points do not hang it. */
-static void order_is_a_permutation_and_local(void **state) {
-    (void)state;
+static void check_order(int n, ss_pool *pool) {
     ss_arena arena = {0};
-    ss_point *points = ss_alloc(N, sizeof *points);
-    unsigned char *seen = ss_alloc(N, 1);
+    ss_point *points = ss_alloc((size_t)n, sizeof *points);
+    unsigned char *seen = ss_alloc((size_t)n, 1);
     srand(7);
-    for (int i = 0; i < N; i++) {
+    for (int i = 0; i < n; i++) {
         points[i].place = (uint32_t)i;
         points[i].p[0] = rand() / (double)RAND_MAX, points[i].p[1] = rand() / (double)RAND_MAX;
         if (i % 10 == 0) points[i].p[0] = points[i].p[1] = 0.25;
@@ -117,9 +116,9 @@ static void order_is_a_permutation_and_local(void **state) {
     points[5].p[2] = 1e15;
     points[6].place = SS_ORDER_NOT;
     ss_order order;
-    assert_true(ss_order_reserve(&order, N, &arena));
-    ss_order_morton(&order, points, N);
-    assert_int_equal(order.count, N - 1);
+    assert_true(ss_order_reserve(&order, (size_t)n, &arena));
+    assert_int_equal(ss_order_morton(&order, points, (size_t)n, pool), SOFTSHADOW_OK);
+    assert_int_equal(order.count, n - 1);
     double step = 0;
     for (size_t i = 0; i < order.count; i++) {
         const uint32_t place = order.item[i].place;
@@ -130,10 +129,20 @@ static void order_is_a_permutation_and_local(void **state) {
         step += hypot(a[0] - b[0], a[1] - b[1]);
     }
     assert_false(seen[6]);
-    assert_true(step / N < 3 / sqrt(N));
+    assert_true(step / n < 3 / sqrt(n));
     ss_arena_free(&arena);
     ss_free(points);
     ss_free(seen);
+}
+
+static void order_is_a_permutation_and_local(void **state) {
+    (void)state;
+    static visits v;
+    ss_pool *pool = make_pool(2, &v);
+    check_order(1000, pool);
+    check_order(N, pool);
+    check_order(200000, pool);
+    ss_pool_destroy(pool);
 }
 
 static void structs_of_all_sizes(void **state) {
