@@ -212,7 +212,9 @@ typedef struct softshadow_points {
                                    place of the largest coordinate counts as touched */
     uint32_t width;             /* > 0: the points are rows of an image; divides count */
     uint32_t light;             /* which light: an id */
-    float *error_bound;         /* out, count, or NULL: how far the truth may be */
+    float *error_bound;         /* out, count, or NULL: how far the truth may be. Unlike the
+                                   visibility it may be tighter in one batch than in another, where
+                                   a whole group of points was settled at once */
 } softshadow_points;
 
 /* ---- What you get ---------------------------------------------------------------------------*/

@@ -4,4 +4,5 @@ libsoftshadow_core_la_SOURCES += \
   %D%/error.c %D%/explain.c %D%/inspect.c \
   %D%/order.c %D%/order.h \
   %D%/plan.c %D%/plan.h \
-  %D%/query.c
+  %D%/query.c \
+  %D%/settle.c %D%/settle.h

@@ -7,6 +7,7 @@
 #include "base/vec.h"
 #include "engine/engine.h"
 #include "engine/order.h"
+#include "engine/settle.h"
 
 #define BLOCK ((size_t)1 << 18) /* points in flight: bounds the memory of a query of any size */
 #define RANGE 512               /* points handed to a worker at once */
@@ -134,6 +135,7 @@ typedef struct batch {
     size_t first, count;  /* the block */
     ss_point *prepared;   /* as they come; NaN-answered ones are left out of order */
     ss_order order;
+    bool settles;         /* whole groups may be answered before they are put in order */
     ss_progress *progress;
     pthread_mutex_t lock; /* guards totals */
     ss_totals *totals;
@@ -158,10 +160,16 @@ static softshadow_status prepare(void *ctx, uint64_t begin, uint64_t end) {
         if (b->points->error_bound) b->points->error_bound[i] = NAN;
         bad++;
     }
+    const ss_answers answers = {b->visibility + b->first,
+                                b->points->error_bound ? b->points->error_bound + b->first : NULL};
+    const uint64_t settled = b->settles ? ss_settle(b->asked->stage, b->prepared + begin,
+                                                    (size_t)(end - begin), &answers)
+                                        : 0;
     pthread_mutex_lock(&b->lock);
     b->totals->points_bad += bad;
+    b->totals->counts.lit += settled, b->totals->counts.settled += settled;
     pthread_mutex_unlock(&b->lock);
-    return SOFTSHADOW_OK;
+    return ss_progress_add(b->progress, settled + bad);
 }
 
 static void add_counts(batch *b, const ss_counts *counts) {
@@ -225,6 +233,8 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                                 ss_totals *totals) {
     batch b = {.handle = handle, .asked = asked, .points = points, .visibility = visibility,
                .totals = totals};
+    b.settles = asked->technique->settles && asked->stage->bvh &&
+                asked->stage->params->weighting == SOFTSHADOW_UNIFORM;
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");

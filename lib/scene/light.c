@@ -60,6 +60,20 @@ void ss_light_view(const ss_light *light, const double p[3], ss_view *view) {
     }
 }
 
+bool ss_light_above(const ss_light *light, const double p[3], const float normal[3]) {
+    double height = 0, square = 0, reach = light->radius;
+    const bool sun = light->type == SOFTSHADOW_SUN;
+    for (int k = 0; k < 3; k++) {
+        const double to = sun ? light->normal[k] : light->centre[k] - p[k];
+        height += normal[k] * to, square += to * to;
+    }
+    const double size = sqrt(square);
+    /* A sphere's tangent cone is above the horizon when the sphere is; a sun's disk reaches tan(angle)
+     * sin(theta) along the normal. Floats of a unit normal are unit to 2^-22. */
+    if (sun) reach *= sqrt(fmax(0, 1 - height * height));
+    return height > reach * (1 + 0x1p-20) + size * 0x1p-20;
+}
+
 double ss_light_profile(const ss_light *light, double rho) {
     if (light->profile_count == 0) return 1;
     if (light->profile_count == 1) return light->profile[0];

@@ -414,6 +414,7 @@ const ss_technique ss_exact = {
                      1u << SOFTSHADOW_SUN,
     .weightings = 1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE |
                   1u << SOFTSHADOW_IRRADIANCE,
+    .settles = true,
     .group = SS_LANES,
     .build = exact_build,
     .query = exact_query,

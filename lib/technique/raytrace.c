@@ -436,6 +436,7 @@ const ss_technique ss_raytrace = {
     .lights_native = EVERY_LIGHT,
     .weightings = 1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE |
                   1u << SOFTSHADOW_IRRADIANCE,
+    .settles = true,
     .group = GROUP,
     .build = build,
     .query = query,

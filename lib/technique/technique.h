@@ -55,6 +55,8 @@ typedef struct ss_technique {
     uint32_t bound_kind;
     uint32_t lights_native, lights_approximated; /* bit per light type */
     uint32_t weightings;                         /* bit per weighting */
+    bool settles;    /* where nothing can be between a point and all of the light the answer is 1: the
+                        engine may give it for whole groups at once (uniform weighting only) */
     uint32_t group;  /* the query likes points in Morton order, in multiples of this; 0: as they come */
 
     /* Builds for one light; *state owns what it made. May be NULL: nothing to build. */
