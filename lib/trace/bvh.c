@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "trace/bvh_node.h"
 #include "trace/shaft.h"
@@ -22,19 +23,26 @@ size_t ss_bvh_bytes(const ss_bvh *bvh) {
 
 /* ---- near faces --------------------------------------------------------------------------------*/
 
-static uint32_t children_near(const ss_bvh_node *node, const double p[3], double radius) {
-    uint32_t mask = (1u << node->count) - 1;
-    for (int k = 0; k < 3; k++) {
-        /* A float outwards, so that no rounding here drops what triangle_near() would keep. */
-        const float below = nextafterf((float)(p[k] - radius), -INFINITY);
-        const float above = nextafterf((float)(p[k] + radius), INFINITY);
-        uint32_t touched = 0;
-        for (int i = 0; i < SS_BVH_WIDTH; i++) {
-            touched |= (uint32_t)(node->low[k][i] <= above && node->high[k][i] >= below) << i;
+/* Four lanes at once, in the compiler's own vectors. */
+typedef float floats __attribute__((vector_size(16)));
+typedef int ints __attribute__((vector_size(16)));
+
+static inline floats four(const float *values) {
+    floats all;
+    memcpy(&all, values, sizeof all);
+    return all;
+}
+
+static uint32_t children_near(const ss_bvh_node *node, const float below[3], const float above[3]) {
+    ints bits = {0};
+    for (int i = 0; i < SS_BVH_WIDTH; i += 4) {
+        ints touched = {1 << i, 2 << i, 4 << i, 8 << i};
+        for (int k = 0; k < 3; k++) {
+            touched &= (four(node->low[k] + i) <= above[k]) & (four(node->high[k] + i) >= below[k]);
         }
-        mask &= touched;
+        bits |= touched;
     }
-    return mask;
+    return (uint32_t)(bits[0] | bits[1] | bits[2] | bits[3]) & ((1u << node->count) - 1);
 }
 
 static bool triangle_near(const ss_bvh_leaf *leaf, uint32_t slot, const double p[3], double radius) {
@@ -69,10 +77,16 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
                    size_t room) {
     uint32_t stack[SS_BVH_STACK];
     size_t depth = 0, found = 0, stored = 0;
+    float below[3], above[3];
+    for (int k = 0; k < 3; k++) {
+        /* A float outwards, so that no rounding here drops what triangle_near() would keep. */
+        below[k] = nextafterf((float)(p[k] - radius), -INFINITY);
+        above[k] = nextafterf((float)(p[k] + radius), INFINITY);
+    }
     stack[depth++] = 0;
     while (depth) {
         const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
-        for (uint32_t m = children_near(node, p, radius); m; m &= m - 1) {
+        for (uint32_t m = children_near(node, below, above); m; m &= m - 1) {
             const uint32_t child = node->child[__builtin_ctz(m)];
             if (!(child & SS_BVH_LEAF)) {
                 stack[depth++] = child;
@@ -86,7 +100,7 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
             }
         }
     }
-    qsort(triangles, stored, sizeof *triangles, ascending);
+    if (stored > 1) qsort(triangles, stored, sizeof *triangles, ascending);
     return found;
 }
 
