@@ -312,20 +312,33 @@ static double sharp(const eye *e, ss_counts *counts) {
     return hidden(e, centre, centre, 1, counts) ? 0 : 1;
 }
 
-static double look(eye *e, const ss_point *point, double *bound, ss_counts *counts) {
+/* Looks for what is certain without rays; where nothing is, puts the point onto what it touches. */
+static void face_the_light(eye *e, const ss_point *point) {
     const ss_stage *stage = e->stage;
-    *bound = 0;
     memcpy(e->contact.p, point->p, sizeof e->contact.p);
     e->contact.near_count = e->contact.tested_count = 0;
-    ss_light_view(stage->light, e->contact.p, &e->view);
+    ss_light_view(stage->light, point->p, &e->view);
     e->open = is_open(e);
-    if (!e->open) { /* what touches the point does not count, and the point is put onto it */
-        ss_contact_find(stage->bvh, stage->world, point, &e->contact);
+    if (e->open) return;
+    ss_contact_find(stage->bvh, stage->world, point, &e->contact);
+    if (memcmp(e->contact.p, point->p, sizeof point->p) != 0) {
         ss_light_view(stage->light, e->contact.p, &e->view);
-        e->open = is_open(e);
     }
-    if (e->view.inside) return 1;
+    e->open = is_open(e);
+}
+
+static bool has_normal(const ss_point *point) {
+    return point->normal[0] != 0 || point->normal[1] != 0 || point->normal[2] != 0;
+}
+
+static double look(eye *e, const ss_point *point, double *bound, ss_counts *counts) {
+    const ss_stage *stage = e->stage;
     const bool uniform = stage->params->weighting == SOFTSHADOW_UNIFORM;
+    *bound = 0;
+    e->open = e->suspects->count == 0;
+    if (e->open && uniform && !has_normal(point)) return 1;
+    face_the_light(e, point);
+    if (e->view.inside) return 1;
     const sight above = horizon(e, point);
     if (above == NONE || (e->view.edge_on && !uniform)) return 0;
     if (uniform && above == ALL) {
@@ -387,8 +400,16 @@ static softshadow_status query(const ss_stage *stage, const void *made, const ss
     return SOFTSHADOW_OK;
 }
 
+/* RMS errors over penumbra points of the spiral and the lattice, against 8,192 Sobol' samples, lights
+ * three scene radii away:                  N =   16     64     256    1024   fit
+ *   69,666-triangle bunny, light of .3 radii    .040   .014   .0047  .0017  .34 N^-.78
+ *   the same, light as large as the bunny       .043   .015   .0050  .0020  .36 N^-.76
+ *   2,000 leaves, light of .3 radii             .075   .027   .0100  .0037  .56 N^-.72
+ *   the same, light as large as their ball      .086   .037   .0149  .0057  .56 N^-.66
+ * The third is taken: surfaces get less error than asked for, dense foliage before a very large light
+ * up to 1.5 times more. */
 uint32_t ss_raytrace_samples(double tolerance) {
-    const double wanted = pow(0.4 / tolerance, 1 / 0.7);
+    const double wanted = pow(0.56 / tolerance, 1 / 0.72);
     return (uint32_t)(ceil(fmin(fmax(wanted, 1), 0x1p20) / PACKET) * PACKET);
 }
 
