@@ -17,13 +17,14 @@ typedef struct cli_build_options {
     float *profile; /* of all lights; owned */
     double bounds[6];
     bool quiet, bounds_given, blur;
-    bool stats;           /* print softshadow_stats ... */
-    uint32_t stats_form;  /* ... 0: as a table, 1: as json */
-    bool verify;          /* measure the error on ... */
+    bool stats;          /* print softshadow_stats ... */
+    uint32_t stats_form; /* ... 0: as a table, 1: as json */
+    bool verify;         /* measure the error on ... */
     uint64_t verify_points;
 } cli_build_options;
 
-#define CLI_BUILD_OPTIONS_INIT {.build = SOFTSHADOW_BUILD_INIT, .verify_points = 1000}
+#define CLI_BUILD_OPTIONS_INIT                                                                     \
+    { .build = SOFTSHADOW_BUILD_INIT, .verify_points = 1000 }
 
 /* Fills the two tables that a command hands to the parser. */
 void cli_build_options_tables(cli_build_options *options, cli_option build[CLI_BUILD_TABLE],

@@ -26,7 +26,7 @@ bool cli_input_open(cli_input *input, const char *path, cli_error *error) {
     }
     off_t from = lseek(input->fd, 0, SEEK_CUR);
     input->regular = S_ISREG(about.st_mode) && from >= 0;
-    if (input->regular) input->size = about.st_size > from ? (uint64_t) (about.st_size - from) : 0;
+    if (input->regular) input->size = about.st_size > from ? (uint64_t)(about.st_size - from) : 0;
     input->buffer = malloc(ROOM);
     input->room = ROOM;
     if (input->buffer) return true;
@@ -59,7 +59,7 @@ bool cli_input_more(cli_input *input, cli_error *error) {
     while (got < 0 && errno == EINTR);
     if (got < 0) return cli_fail(error, CLI_FAILED, "%s: %s", input->name, strerror(errno));
     if (got == 0) input->ended = true;
-    input->end += (size_t) got;
+    input->end += (size_t)got;
     return true;
 }
 
@@ -77,7 +77,7 @@ bool cli_input_ready(const cli_input *input) {
 bool cli_input_seek(cli_input *input, uint64_t offset, cli_error *error) {
     off_t here = lseek(input->fd, 0, SEEK_CUR);
     uint64_t read_so_far = input->taken + cli_input_waiting(input);
-    off_t target = here - (off_t) read_so_far + (off_t) offset;
+    off_t target = here - (off_t)read_so_far + (off_t)offset;
     if (here < 0 || lseek(input->fd, target, SEEK_SET) < 0)
         return cli_fail(error, CLI_FAILED, "%s: %s", input->name, strerror(errno));
     input->begin = input->end = 0;

@@ -25,7 +25,9 @@ bool cli_input_open(cli_input *input, const char *path, cli_error *error);
 void cli_input_close(cli_input *input);
 
 /* Bytes at hand, and how many. */
-static inline const char *cli_input_at(const cli_input *input) { return input->buffer + input->begin; }
+static inline const char *cli_input_at(const cli_input *input) {
+    return input->buffer + input->begin;
+}
 static inline size_t cli_input_waiting(const cli_input *input) { return input->end - input->begin; }
 static inline void cli_input_take(cli_input *input, size_t bytes) {
     input->begin += bytes;

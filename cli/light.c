@@ -21,7 +21,9 @@ static void fill(softshadow_light *light, const double *n) {
     size_t axis = sizeof light->position;
     memcpy(light->type == SOFTSHADOW_SUN ? light->direction : light->position, n, axis);
     switch (light->type) {
-    case SOFTSHADOW_SPHERE: light->radius = n[3]; break;
+    case SOFTSHADOW_SPHERE:
+        light->radius = n[3];
+        break;
     case SOFTSHADOW_DISK:
         memcpy(light->direction, n + 3, axis);
         light->radius = n[6];
@@ -30,14 +32,16 @@ static void fill(softshadow_light *light, const double *n) {
         memcpy(light->u, n + 3, axis);
         memcpy(light->v, n + 6, axis);
         break;
-    default: light->radius = n[3] * to_radians; break;
+    default:
+        light->radius = n[3] * to_radians;
+        break;
     }
 }
 
 bool cli_light_parse(const char *text, softshadow_light *out, cli_error *error) {
     const char *colon = strchr(text, ':');
-    size_t length = colon ? (size_t) (colon - text) : strlen(text);
-    *out = (softshadow_light) SOFTSHADOW_LIGHT_INIT;
+    size_t length = colon ? (size_t)(colon - text) : strlen(text);
+    *out = (softshadow_light)SOFTSHADOW_LIGHT_INIT;
     for (uint32_t type = 0; colon && type < FORMS; type++) {
         const struct form *form = &forms[type];
         if (strlen(form->name) != length || memcmp(form->name, text, length) != 0) continue;

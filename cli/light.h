@@ -9,7 +9,7 @@
 
 #include "error.h"
 
-#define CLI_LIGHT_FORMS \
+#define CLI_LIGHT_FORMS                                                                            \
     "sphere:X,Y,Z,R, disk:X,Y,Z,NX,NY,NZ,R, rect:X,Y,Z,UX,UY,UZ,VX,VY,VZ or sun:DX,DY,DZ,DEGREES"
 
 /* Whether the numbers make a light (a radius below zero, skewed axes) is for the library to say. */

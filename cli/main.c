@@ -21,11 +21,13 @@ static const struct command {
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static int help(void) {
-    printf("Usage: softshadow COMMAND ...\n\n"
-           "How much of an area light does a point see? 1 is lit, 0 is umbra, between them penumbra.\n"
-           "Meshes are OBJ, PLY, STL or OFF; points are text, CSV, PLY, NPY, raw floats or images.\n\n"
-           "Commands:\n");
-    for (size_t i = 0; i < COMMANDS; i++) printf("  %-9s %s\n", commands[i].name, commands[i].about);
+    printf(
+        "Usage: softshadow COMMAND ...\n\n"
+        "How much of an area light does a point see? 1 is lit, 0 is umbra, between them penumbra.\n"
+        "Meshes are OBJ, PLY, STL or OFF; points are text, CSV, PLY, NPY, raw floats or images.\n\n"
+        "Commands:\n");
+    for (size_t i = 0; i < COMMANDS; i++)
+        printf("  %-9s %s\n", commands[i].name, commands[i].about);
     printf("\n'softshadow COMMAND --help' tells the rest; --version tells the version.\n\n"
            "Examples:\n"
            "  softshadow query scene.obj --light sphere:0,0,8,0.5 points.csv -o lit.csv\n"

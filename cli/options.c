@@ -9,9 +9,10 @@
 
 /* ---- Names that are nearly right ----------------------------------------------------------- */
 
-/* Edits (insert, drop, replace) that make one word of the other; words beyond 31 letters are far. */
+/* Edits (insert, drop, replace) that make one word of the other; words beyond 31 letters are far.
+ */
 static int distance(const char *a, const char *b) {
-    int row[32], n = (int) strlen(b), previous, above;
+    int row[32], n = (int)strlen(b), previous, above;
     if (strlen(a) > 31 || n > 31) return 99;
     for (int j = 0; j <= n; j++) row[j] = j;
     for (int i = 1; a[i - 1]; i++) {
@@ -31,7 +32,7 @@ static int distance(const char *a, const char *b) {
 
 const char *cli_options_nearest(const char *word, const char *const *candidates) {
     const char *nearest = NULL;
-    int least = 1 + (int) strlen(word) / 3; /* a third of the letters may be wrong */
+    int least = 1 + (int)strlen(word) / 3; /* a third of the letters may be wrong */
     for (; *candidates; candidates++) {
         int d = distance(word, *candidates);
         if (d <= least && (!nearest || d < least)) nearest = *candidates, least = d;
@@ -53,7 +54,7 @@ static bool unknown(const cli_command *command, const char *name, size_t length,
     const char *names[128], *nearest;
     char word[32];
     size_t count = 0;
-    snprintf(word, sizeof word, "%.*s", (int) (length < 31 ? length : 31), name);
+    snprintf(word, sizeof word, "%.*s", (int)(length < 31 ? length : 31), name);
     for (int t = 0; t < CLI_TABLES && command->tables[t]; t++)
         for (const cli_option *o = command->tables[t]; o->name && count < 126; o++)
             names[count++] = o->name;
@@ -63,24 +64,27 @@ static bool unknown(const cli_command *command, const char *name, size_t length,
     cli_shown shown;
     cli_show(&shown, name, length);
     if (nearest)
-        return cli_fail(error, CLI_USAGE, "--%s is no option, did you mean --%s?", shown.text, nearest);
-    return cli_fail(error, CLI_USAGE, "--%s is no option, 'softshadow %s --help' lists what is allowed",
-                    shown.text, command->name);
+        return cli_fail(error, CLI_USAGE, "--%s is no option, did you mean --%s?", shown.text,
+                        nearest);
+    return cli_fail(error, CLI_USAGE,
+                    "--%s is no option, 'softshadow %s --help' lists what is allowed", shown.text,
+                    command->name);
 }
 
 /* ---- Values -------------------------------------------------------------------------------- */
 
-static bool choose(const cli_option *option, const char *what, const char *value, cli_error *error) {
+static bool choose(const cli_option *option, const char *what, const char *value,
+                   cli_error *error) {
     char allowed[200] = "";
     size_t used = 0;
     for (uint32_t i = 0; option->choices[i]; i++) {
         if (strcmp(option->choices[i], value) == 0) {
-            *(uint32_t *) option->into = i;
+            *(uint32_t *)option->into = i;
             return true;
         }
         int n = snprintf(allowed + used, sizeof allowed - used, "%s%s", i ? ", " : "",
                          option->choices[i]);
-        if (n > 0 && used + (size_t) n < sizeof allowed) used += (size_t) n;
+        if (n > 0 && used + (size_t)n < sizeof allowed) used += (size_t)n;
     }
     cli_shown shown;
     return cli_fail(error, CLI_USAGE, "%s %s: one of %s is allowed", what,
@@ -95,23 +99,28 @@ static bool take_value(const cli_option *option, const char *value, cli_error *e
         return cli_fail(error, CLI_USAGE, "%s: its value is empty, %s is allowed", what,
                         option->argument);
     switch (option->kind) {
-    case CLI_FLAG: return true;
-    case CLI_TEXT: return *(const char **) option->into = value, true;
+    case CLI_FLAG:
+        return true;
+    case CLI_TEXT:
+        return *(const char **)option->into = value, true;
     case CLI_REAL:
         return cli_numbers_real(what, value, option->low, option->high, option->into, error);
     case CLI_UINT:
-        if (!cli_numbers_whole(what, value, (uint64_t) option->low, (uint64_t) option->high, &whole,
+        if (!cli_numbers_whole(what, value, (uint64_t)option->low, (uint64_t)option->high, &whole,
                                error))
             return false;
-        *(uint32_t *) option->into = (uint32_t) whole;
+        *(uint32_t *)option->into = (uint32_t)whole;
         return true;
     case CLI_UINT64:
-        return cli_numbers_whole(what, value, (uint64_t) option->low, (uint64_t) option->high,
+        return cli_numbers_whole(what, value, (uint64_t)option->low, (uint64_t)option->high,
                                  option->into, error);
     case CLI_REALS:
-        return cli_numbers_parse(what, option->argument, value, option->into, option->length, error);
-    case CLI_CHOICE: return choose(option, what, value, error);
-    case CLI_TAKE: return option->take(option->into, value, error);
+        return cli_numbers_parse(what, option->argument, value, option->into, option->length,
+                                 error);
+    case CLI_CHOICE:
+        return choose(option, what, value, error);
+    case CLI_TAKE:
+        return option->take(option->into, value, error);
     }
     return false;
 }
@@ -126,16 +135,16 @@ static bool take_option(const cli_command *command, int argc, char **argv, int *
     const cli_option *option = find(command, name, length, is_long ? 0 : *name);
     if (!option && !is_long) {
         cli_shown shown;
-        return cli_fail(error, CLI_USAGE, "%s is no option, 'softshadow %s --help' lists what is allowed",
+        return cli_fail(error, CLI_USAGE,
+                        "%s is no option, 'softshadow %s --help' lists what is allowed",
                         cli_show(&shown, text, strlen(text)), command->name);
     }
     if (!option) return unknown(command, name, length, error);
     if (name[length]) value = name + length + is_long;
     if (option->given) *option->given = true;
     if (option->kind == CLI_FLAG) {
-        if (value)
-            return cli_fail(error, CLI_USAGE, "--%s: takes no value", option->name);
-        *(bool *) option->into = true;
+        if (value) return cli_fail(error, CLI_USAGE, "--%s: takes no value", option->name);
+        *(bool *)option->into = true;
         return true;
     }
     if (!value && option->optional) return true;
@@ -154,8 +163,8 @@ static void help_option(const cli_option *o) {
     char left[64];
     int n = o->letter ? snprintf(left, sizeof left, "  -%c, --%s", o->letter, o->name)
                       : snprintf(left, sizeof left, "      --%s", o->name);
-    if (o->kind != CLI_FLAG && n > 0 && n < (int) sizeof left)
-        snprintf(left + n, sizeof left - (size_t) n, o->optional ? "[=%s]" : " %s", o->argument);
+    if (o->kind != CLI_FLAG && n > 0 && n < (int)sizeof left)
+        snprintf(left + n, sizeof left - (size_t)n, o->optional ? "[=%s]" : " %s", o->argument);
     if (strlen(left) > 32)
         printf("%s\n%34s", left, "");
     else

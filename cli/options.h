@@ -2,15 +2,11 @@
  *
  *     uint32_t size = 512;
  *     const cli_option own[] = {
- *         {.name = "size", .kind = CLI_UINT, .argument = "N", .into = &size, .low = 1, .high = 4096,
- *          .help = "side of the image (512)"},
- *         {0}};
- *     const cli_command command = {.name = "explain", .usage = "MESH... --light L --at X,Y,Z",
- *                                  .about = "...", .tables = {own}};
- *     int status;
- *     char **files;   // operands, at the front of argv
- *     int count;
- *     if (!cli_options_parse(&command, argc, argv, &files, &count, &status)) return status;
+ *         {.name = "size", .kind = CLI_UINT, .argument = "N", .into = &size, .low = 1, .high =
+ * 4096, .help = "side of the image (512)"}, {0}}; const cli_command command = {.name = "explain",
+ * .usage = "MESH... --light L --at X,Y,Z", .about = "...", .tables = {own}}; int status; char
+ * **files;   // operands, at the front of argv int count; if (!cli_options_parse(&command, argc,
+ * argv, &files, &count, &status)) return status;
  *
  * Forms taken: --name VALUE, --name=VALUE, -o VALUE, -oVALUE, -- (what follows are operands), - (an
  * operand). An option whose value is optional takes it only with =. Names are not abbreviated. */

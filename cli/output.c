@@ -57,13 +57,13 @@ static bool problem(cli_output *output, cli_error *error) {
 static bool open_temporary(cli_output *output, mode_t mode) {
     static unsigned number;
     const char *slash = strrchr(output->path, '/');
-    size_t folder = slash ? (size_t) (slash - output->path) + 1 : 0;
+    size_t folder = slash ? (size_t)(slash - output->path) + 1 : 0;
     size_t room = strlen(output->path) + 48;
     output->temporary = malloc(room);
     if (!output->temporary) return false;
     for (int tries = 0; tries < 100; tries++) {
-        snprintf(output->temporary, room, "%.*s.%.200s.%ld-%u.tmp", (int) folder, output->path,
-                 output->path + folder, (long) getpid(), number++);
+        snprintf(output->temporary, room, "%.*s.%.200s.%ld-%u.tmp", (int)folder, output->path,
+                 output->path + folder, (long)getpid(), number++);
         /* Remembered first: a signal between the two would leave it behind. */
         if (!remember(output->temporary)) return errno = EMFILE, false;
         output->fd = open(output->temporary, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
@@ -108,7 +108,7 @@ bool cli_output_open(cli_output *output, const char *path, cli_error *error) {
         int flags = fcntl(STDOUT_FILENO, F_GETFL);
         /* With O_APPEND a rewrite would land at the end. */
         if (fstat(STDOUT_FILENO, &about) == 0 && S_ISREG(about.st_mode) && !(flags & O_APPEND))
-            output->origin = (int64_t) lseek(STDOUT_FILENO, 0, SEEK_CUR);
+            output->origin = (int64_t)lseek(STDOUT_FILENO, 0, SEEK_CUR);
     }
     return true;
 }
@@ -122,13 +122,13 @@ bool cli_output_open_part(cli_output *output, const char *path, uint64_t size, u
     bool fine = output->fd >= 0 && output->buffer && fstat(output->fd, &about) == 0;
     if (fine && !S_ISREG(about.st_mode))
         cli_fail(error, CLI_USAGE, "%s: a part is written into a regular file only", output->name);
-    else if (fine && about.st_size != 0 && (uint64_t) about.st_size != size)
+    else if (fine && about.st_size != 0 && (uint64_t)about.st_size != size)
         cli_fail(error, CLI_FAILED,
                  "%s: has %llu bytes, a part of %llu bytes was to be written: remove it first",
-                 output->name, (unsigned long long) about.st_size, (unsigned long long) size);
+                 output->name, (unsigned long long)about.st_size, (unsigned long long)size);
     /* Of several that begin at once each sets the same size. */
-    else if (fine && ftruncate(output->fd, (off_t) size) == 0 &&
-             lseek(output->fd, (off_t) offset, SEEK_SET) >= 0)
+    else if (fine && ftruncate(output->fd, (off_t)size) == 0 &&
+             lseek(output->fd, (off_t)offset, SEEK_SET) >= 0)
         return true;
     else
         problem(output, error);
@@ -142,7 +142,7 @@ static bool write_all(cli_output *output, const char *data, size_t bytes, cli_er
         if (put < 0 && errno == EINTR) continue;
         if (put < 0) return problem(output, error);
         data += put;
-        bytes -= (size_t) put;
+        bytes -= (size_t)put;
     }
     return true;
 }
@@ -154,6 +154,7 @@ bool cli_output_flush(cli_output *output, cli_error *error) {
 }
 
 bool cli_output_write(cli_output *output, const void *data, size_t bytes, cli_error *error) {
+    if (!bytes) return true; /* data may be NULL then, which memcpy() must not see */
     output->written += bytes;
     if (bytes > ROOM - output->held && !cli_output_flush(output, error)) return false;
     if (bytes >= ROOM) return write_all(output, data, bytes, error);
@@ -166,14 +167,14 @@ bool cli_output_rewrite(cli_output *output, uint64_t offset, const void *data, s
                         cli_error *error) {
     if (!cli_output_flush(output, error)) return false;
     const char *from = data;
-    off_t at = (off_t) (output->origin + (int64_t) offset);
+    off_t at = (off_t)(output->origin + (int64_t)offset);
     while (bytes) {
         ssize_t put = pwrite(output->fd, from, bytes, at);
         if (put < 0 && errno == EINTR) continue;
         if (put < 0) return problem(output, error);
         from += put;
         at += put;
-        bytes -= (size_t) put;
+        bytes -= (size_t)put;
     }
     return true;
 }
@@ -182,7 +183,8 @@ bool cli_output_rewrite(cli_output *output, uint64_t offset, const void *data, s
 static void sync_folder(const char *path) {
     char folder[PATH_MAX];
     const char *slash = strrchr(path, '/');
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int) (slash - path) + 1 : 1, slash ? path : ".");
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
+             slash ? path : ".");
     int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return;
     fsync(fd); /* some file systems cannot: the rename is done all the same */

@@ -1,6 +1,7 @@
-/* Output that is whole or not there: a file is written beside its place and renamed when everything,
- * close included, has succeeded; an error, SIGINT, SIGTERM or SIGHUP removes it. "-" is stdout; what
- * is no regular file (a pipe, a device) is written directly. Every write is checked. */
+/* Output that is whole or not there: a file is written beside its place and renamed when
+ * everything, close included, has succeeded; an error, SIGINT, SIGTERM or SIGHUP removes it. "-" is
+ * stdout; what is no regular file (a pipe, a device) is written directly. Every write is checked.
+ */
 #ifndef CLI_OUTPUT_H
 #define CLI_OUTPUT_H
 
@@ -26,8 +27,9 @@ typedef struct cli_output {
 void cli_output_prepare(void);
 
 bool cli_output_open(cli_output *output, const char *path, cli_error *error);
-/* A part of a file that others write parts of, or that an earlier run began: bytes from offset on of
- * a file of size bytes, made if it is not there. It is written in place; nothing is ever removed. */
+/* A part of a file that others write parts of, or that an earlier run began: bytes from offset on
+ * of a file of size bytes, made if it is not there. It is written in place; nothing is ever
+ * removed. */
 bool cli_output_open_part(cli_output *output, const char *path, uint64_t size, uint64_t offset,
                           cli_error *error);
 bool cli_output_write(cli_output *output, const void *data, size_t bytes, cli_error *error);

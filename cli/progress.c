@@ -8,7 +8,7 @@
 static double now(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double) t.tv_sec + 1e-9 * (double) t.tv_nsec;
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 void cli_progress_init(cli_progress *progress, bool quiet) {
@@ -49,7 +49,7 @@ static void draw(cli_progress *progress, double done) {
     double whole = progress->from + (progress->to - progress->from) * done;
     if (progress->to <= 0) {
         fprintf(stderr, "\r%s: %llu points\033[K", progress->label,
-                (unsigned long long) progress->points);
+                (unsigned long long)progress->points);
         return;
     }
     char bar[WIDTH + 1];

@@ -51,7 +51,7 @@ static bool fill(cli_scene *scene, const cli_build_options *options, char *const
     given.progress = cli_progress_step;
     softshadow_status status = softshadow_create(&scene->handle, &given);
     if (status != SOFTSHADOW_OK) return cli_scene_fail(scene, status, NULL, error);
-    scene->meshes = calloc((size_t) count + 1, sizeof *scene->meshes);
+    scene->meshes = calloc((size_t)count + 1, sizeof *scene->meshes);
     if (!scene->meshes) return cli_fail(error, CLI_FAILED, "memory ran out");
     for (int i = 0; i < count; i++)
         if (!add_mesh(scene, paths[i], error)) return false;
@@ -114,7 +114,7 @@ bool cli_scene_print_stats(const cli_scene *scene, bool json, cli_error *error) 
     fprintf(stderr, head, method, backend, s.build_seconds, s.query_seconds);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         fprintf(stderr, json ? ", \"%s\": %llu" : "%-18s%14llu\n", rows[i].name,
-                (unsigned long long) rows[i].value);
+                (unsigned long long)rows[i].value);
     if (json) fputs("}\n", stderr);
     return true;
 }
@@ -131,7 +131,7 @@ bool cli_scene_print_error(cli_scene *scene, const softshadow_points *points, cl
         fprintf(stderr,
                 "verify: light %u: rms %.6f  max %.6f  p99 %.6f  mean %+.6f  over %llu points; "
                 "the reference's own error: rms %.6f\n",
-                light, e.rms, e.max, e.p99, e.mean, (unsigned long long) e.points,
+                light, e.rms, e.max, e.p99, e.mean, (unsigned long long)e.points,
                 e.reference_error);
     }
     return true;

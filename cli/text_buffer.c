@@ -18,7 +18,7 @@ char *cli_text_more(cli_text *text, size_t bytes) {
 }
 
 void cli_text_append(cli_text *text, const char *from, size_t length) {
-    char *to = cli_text_more(text, length);
+    char *to = length ? cli_text_more(text, length) : NULL;
     if (!to) return;
     memcpy(to, from, length);
     text->length += length;
@@ -29,15 +29,15 @@ void cli_text_printf(cli_text *text, const char *format, ...) {
     va_start(arguments, format);
     int length = vsnprintf(NULL, 0, format, arguments);
     va_end(arguments);
-    char *to = length < 0 ? NULL : cli_text_more(text, (size_t) length + 1);
+    char *to = length < 0 ? NULL : cli_text_more(text, (size_t)length + 1);
     if (!to) {
         text->failed = true;
         return;
     }
     va_start(arguments, format);
-    vsnprintf(to, (size_t) length + 1, format, arguments);
+    vsnprintf(to, (size_t)length + 1, format, arguments);
     va_end(arguments);
-    text->length += (size_t) length;
+    text->length += (size_t)length;
 }
 
 void cli_text_json(cli_text *text, const char *string) {
@@ -45,7 +45,7 @@ void cli_text_json(cli_text *text, const char *string) {
     for (const char *c = string; *c; c++) {
         if (*c == '"' || *c == '\\')
             cli_text_printf(text, "\\%c", *c);
-        else if ((unsigned char) *c < 0x20)
+        else if ((unsigned char)*c < 0x20)
             cli_text_printf(text, "\\u%04x", *c);
         else
             cli_text_append(text, c, 1);

@@ -1,5 +1,5 @@
-/* Text that grows, for output made piece by piece. Memory running out is remembered, not answered at
- * each call: look at failed before it is used. */
+/* Text that grows, for output made piece by piece. Memory running out is remembered, not answered
+ * at each call: look at failed before it is used. */
 #ifndef CLI_TEXT_BUFFER_H
 #define CLI_TEXT_BUFFER_H
 

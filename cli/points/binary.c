@@ -45,11 +45,12 @@ static bool parse_header(points_source *source, char *header, uint64_t offset, c
     char tail[2] = "";
     cli_shown shown;
     if (!descr || !order || !shape)
-        return cli_fail(error, CLI_FAILED, "%s: its NPY header lacks descr, fortran_order or shape", name);
+        return cli_fail(error, CLI_FAILED, "%s: its NPY header lacks descr, fortran_order or shape",
+                        name);
     bool f4 = strncmp(descr, "'<f4'", 5) == 0, f8 = strncmp(descr, "'<f8'", 5) == 0;
     if (!f4 && !f8)
-        return cli_fail(error, CLI_FAILED, "%s: its numbers are %s, '<f4' and '<f8' are allowed", name,
-                        cli_show(&shown, descr, strcspn(descr, ",}\n")));
+        return cli_fail(error, CLI_FAILED, "%s: its numbers are %s, '<f4' and '<f8' are allowed",
+                        name, cli_show(&shown, descr, strcspn(descr, ",}\n")));
     /* The order of a single row or column does not matter to anyone but is still stated. */
     if (strncmp(order, "False", 5) != 0)
         return cli_fail(error, CLI_FAILED, "%s: is in Fortran order, C order is allowed", name);
@@ -59,7 +60,7 @@ static bool parse_header(points_source *source, char *header, uint64_t offset, c
         return cli_fail(error, CLI_FAILED, "%s: its shape is %s, (N, 3) or (N, 6) is allowed", name,
                         cli_show(&shown, shape, strcspn(shape, ")\n") + 1));
     source->count = rows;
-    return open_state(source, f8 ? 8 : 4, (size_t) columns, offset, error);
+    return open_state(source, f8 ? 8 : 4, (size_t)columns, offset, error);
 }
 
 static bool check_size(const points_source *source, cli_error *error) {
@@ -69,15 +70,15 @@ static bool check_size(const points_source *source, cli_error *error) {
     if (rest % source->record == 0 && rest / source->record == source->count) return true;
     return cli_fail(error, CLI_FAILED,
                     "%s: %llu bytes follow its header, %llu x %zu x %zu are allowed by its shape",
-                    source->input.name, (unsigned long long) rest,
-                    (unsigned long long) source->count, state->columns, state->item);
+                    source->input.name, (unsigned long long)rest, (unsigned long long)source->count,
+                    state->columns, state->item);
 }
 
 static bool npy_open(points_source *source, cli_error *error) {
     cli_input *input = &source->input;
     char text[4096];
     if (!cli_input_need(input, 12, error)) return false;
-    const unsigned char *b = (const unsigned char *) cli_input_at(input);
+    const unsigned char *b = (const unsigned char *)cli_input_at(input);
     if (cli_input_waiting(input) < 12 || memcmp(b, "\x93NUMPY", 6) != 0)
         return cli_fail(error, CLI_FAILED, "%s: byte 0: is no NPY file, \\x93NUMPY is allowed",
                         input->name);
@@ -85,8 +86,8 @@ static bool npy_open(points_source *source, cli_error *error) {
         return cli_fail(error, CLI_FAILED, "%s: byte 6: NPY version %d, 1 to 3 are allowed",
                         input->name, b[6]);
     size_t prefix = b[6] == 1 ? 10 : 12;
-    size_t length = b[8] | (size_t) b[9] << 8;
-    if (b[6] > 1) length |= (size_t) b[10] << 16 | (size_t) b[11] << 24;
+    size_t length = b[8] | (size_t)b[9] << 8;
+    if (b[6] > 1) length |= (size_t)b[10] << 16 | (size_t)b[11] << 24;
     if (length >= sizeof text)
         return cli_fail(error, CLI_FAILED, "%s: byte 8: a header of %zu bytes, 4095 are allowed",
                         input->name, length);
@@ -107,18 +108,18 @@ static bool raw_open(points_source *source, cli_error *error) {
     source->count = source->input.size / source->record;
     if (source->input.size % source->record == 0) return true;
     return cli_fail(error, CLI_FAILED, "%s: its %llu bytes are no whole number of records of %zu",
-                    source->input.name, (unsigned long long) source->input.size, source->record);
+                    source->input.name, (unsigned long long)source->input.size, source->record);
 }
 
 static void decode(const binary_state *state, const char *from, points_block *block, size_t at) {
     for (size_t axis = 0; axis < 3; axis++) {
         if (state->item == 8)
-            ((double *) block->positions)[3 * at + axis] = points_le_double(from + 8 * axis);
+            ((double *)block->positions)[3 * at + axis] = points_le_double(from + 8 * axis);
         else
-            ((float *) block->positions)[3 * at + axis] = points_le_float(from + 4 * axis);
+            ((float *)block->positions)[3 * at + axis] = points_le_float(from + 4 * axis);
         if (!block->normals) continue;
         block->normals[3 * at + axis] = state->item == 8
-                                            ? (float) points_le_double(from + 8 * (axis + 3))
+                                            ? (float)points_le_double(from + 8 * (axis + 3))
                                             : points_le_float(from + 4 * (axis + 3));
     }
 }
@@ -127,10 +128,10 @@ static bool check_end(const points_source *source, uint64_t total, cli_error *er
     size_t left = cli_input_waiting(&source->input);
     if (source->count != POINTS_UNKNOWN && total < source->count)
         return cli_fail(error, CLI_FAILED, "%s: ends after %llu of %llu points", source->input.name,
-                        (unsigned long long) total, (unsigned long long) source->count);
+                        (unsigned long long)total, (unsigned long long)source->count);
     if (!left) return true;
     return cli_fail(error, CLI_FAILED, "%s: point %llu: %zu bytes, records of %zu are allowed",
-                    source->input.name, (unsigned long long) total, left, source->record);
+                    source->input.name, (unsigned long long)total, left, source->record);
 }
 
 static bool binary_read(points_source *source, points_block *block, size_t most, cli_error *error) {
@@ -156,7 +157,7 @@ static bool binary_read(points_source *source, points_block *block, size_t most,
     uint64_t total = (input->taken - state->header) / source->record;
     if (source->count == POINTS_UNKNOWN || total <= source->count) return true;
     return cli_fail(error, CLI_FAILED, "%s: more points follow than the %llu of its header",
-                    input->name, (unsigned long long) source->count);
+                    input->name, (unsigned long long)source->count);
 }
 
 static bool binary_seek(points_source *source, uint64_t first, cli_error *error) {
@@ -164,5 +165,7 @@ static bool binary_seek(points_source *source, uint64_t first, cli_error *error)
     return cli_input_seek(&source->input, state->header + first * source->record, error);
 }
 
-const points_reader points_npy_reader = {.open = npy_open, .read = binary_read, .seek = binary_seek};
-const points_reader points_raw_reader = {.open = raw_open, .read = binary_read, .seek = binary_seek};
+const points_reader points_npy_reader = {
+    .open = npy_open, .read = binary_read, .seek = binary_seek};
+const points_reader points_raw_reader = {
+    .open = raw_open, .read = binary_read, .seek = binary_seek};

@@ -27,7 +27,7 @@ static bool image_open_points(points_source *source, cli_error *error) {
         return false;
     source->normals = image_find_normals(&state->info, state->normal);
     source->type = SOFTSHADOW_F32;
-    source->count = (uint64_t) state->info.width * state->info.height;
+    source->count = (uint64_t)state->info.width * state->info.height;
     return true;
 }
 
@@ -43,12 +43,12 @@ static bool image_read_points(points_source *source, points_block *block, size_t
                         source->input.name);
     for (uint32_t axis = 0; axis < 3; axis++) {
         if (!state->module->read(state->file, state->position[axis],
-                                 (float *) block->positions + axis, 3, why) ||
-            (block->normals && !state->module->read(state->file, state->normal[axis],
-                                                    block->normals + axis, 3, why)))
+                                 (float *)block->positions + axis, 3, why) ||
+            (block->normals &&
+             !state->module->read(state->file, state->normal[axis], block->normals + axis, 3, why)))
             return cli_fail(error, CLI_FAILED, "%s: %s", source->input.name, why);
     }
-    block->count = (size_t) source->count;
+    block->count = (size_t)source->count;
     block->width = state->info.width;
     return true;
 }
@@ -73,8 +73,10 @@ bool points_image_end(points_sink *sink, cli_error *error) {
     for (uint32_t c = 0; c < columns; c++)
         planes[c] = (image_plane){points_sink_column_name(sink, c, names[c]),
                                   sink->kept + c * sink->count, 1};
-    image_picture picture = {.width = state->info.width, .height = state->info.height,
-                             .planes = planes, .plane_count = columns};
+    image_picture picture = {.width = state->info.width,
+                             .height = state->info.height,
+                             .planes = planes,
+                             .plane_count = columns};
     bool like = !ends_with(sink->output->name, ".png") && !ends_with(sink->output->name, ".tif") &&
                 !ends_with(sink->output->name, ".tiff");
     image_format format = ends_with(sink->output->name, ".png") ? IMAGE_PNG : IMAGE_TIFF;

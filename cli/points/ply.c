@@ -1,5 +1,6 @@
 /* The vertices of a PLY file as points: ascii or binary of either byte order. The properties x y z
- * [nx ny nz] are read; all others, and what follows the vertices (faces), are carried to a PLY sink. */
+ * [nx ny nz] are read; all others, and what follows the vertices (faces), are carried to a PLY
+ * sink. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,16 +22,16 @@ typedef struct ply_state {
     int place[AXES];
     uint64_t header; /* bytes */
     uint64_t header_lines;
-    uint64_t left;   /* vertices not read yet */
-    size_t scanned;  /* ascii: bytes at hand that hold no newline */
+    uint64_t left;  /* vertices not read yet */
+    size_t scanned; /* ascii: bytes at hand that hold no newline */
 } ply_state;
 
 static const size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
 
 static bool find_type(const char *name, number_type *type) {
-    static const char *const names[][2] = {{"char", "int8"},   {"uchar", "uint8"}, {"short", "int16"},
-                                           {"ushort", "uint16"}, {"int", "int32"}, {"uint", "uint32"},
-                                           {"float", "float32"}, {"double", "float64"}};
+    static const char *const names[][2] = {
+        {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
+        {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
     for (number_type t = INT8; t <= DOUBLE; t++) {
         if (strcmp(name, names[t][0]) != 0 && strcmp(name, names[t][1]) != 0) continue;
         *type = t;
@@ -41,7 +42,7 @@ static bool find_type(const char *name, number_type *type) {
 
 static bool complain(const points_source *source, const char *what, cli_error *error) {
     return cli_fail(error, CLI_FAILED, "%s:%llu:1: %s", source->input.name,
-                    (unsigned long long) source->line, what);
+                    (unsigned long long)source->line, what);
 }
 
 /* ---- The header ---------------------------------------------------------------------------- */
@@ -59,8 +60,9 @@ static bool add_property(points_source *source, const char *type, const char *na
         return complain(source, "more than 256 properties of a vertex", error);
     for (int axis = 0; axis < AXES; axis++) {
         if (strcmp(name, axes[axis]) != 0) continue;
-        if (state->place[axis] >= 0) return complain(source, "a property that is there twice", error);
-        state->place[axis] = (int) state->properties;
+        if (state->place[axis] >= 0)
+            return complain(source, "a property that is there twice", error);
+        state->place[axis] = (int)state->properties;
     }
     state->property[state->properties].type = t;
     state->property[state->properties++].offset = source->record;
@@ -73,13 +75,16 @@ static bool header_line(points_source *source, char *line, int *in_vertex, cli_e
     ply_state *state = source->state;
     char word[4][64] = {"", "", "", ""}, more[2];
     int words = sscanf(line, "%63s %63s %63s %63s %1s", word[0], word[1], word[2], word[3], more);
-    if (words <= 0 || strcmp(word[0], "comment") == 0 || strcmp(word[0], "obj_info") == 0) return true;
+    if (words <= 0 || strcmp(word[0], "comment") == 0 || strcmp(word[0], "obj_info") == 0)
+        return true;
     if (strcmp(word[0], "format") == 0 && words == 3) {
         state->ascii = strcmp(word[1], "ascii") == 0;
         state->big = strcmp(word[1], "binary_big_endian") == 0;
         if (state->ascii || state->big || strcmp(word[1], "binary_little_endian") == 0) return true;
-        return complain(source, "unknown format, ascii, binary_little_endian and binary_big_endian "
-                                "are allowed", error);
+        return complain(source,
+                        "unknown format, ascii, binary_little_endian and binary_big_endian "
+                        "are allowed",
+                        error);
     }
     if (strcmp(word[0], "element") == 0 && words == 3) {
         const char *at = word[2], *end = word[2] + strlen(word[2]);
@@ -87,8 +92,9 @@ static bool header_line(points_source *source, char *line, int *in_vertex, cli_e
         if (cli_number_int(&at, end, &count) != CLI_NUMBER_OK || at != end || count < 0)
             return complain(source, "an element's count is no whole number from 0", error);
         if (*in_vertex == 0 && strcmp(word[1], "vertex") != 0)
-            return complain(source, "another element before vertex, vertex is allowed first", error);
-        if (*in_vertex == 0) source->count = (uint64_t) count;
+            return complain(source, "another element before vertex, vertex is allowed first",
+                            error);
+        if (*in_vertex == 0) source->count = (uint64_t)count;
         (*in_vertex)++;
         return true;
     }
@@ -112,7 +118,7 @@ static bool read_header(points_source *source, cli_error *error) {
             continue;
         }
         source->line++;
-        size_t length = newline ? (size_t) (newline - begin) : waiting;
+        size_t length = newline ? (size_t)(newline - begin) : waiting;
         if (!newline || source->header.length + length > MOST_HEADER)
             return complain(source, "no end_header within 65536 bytes", error);
         char line[256];
@@ -143,12 +149,12 @@ static bool check(points_source *source, cli_error *error) {
         return cli_fail(error, CLI_FAILED, "%s: its vertices lack x, y or z", input->name);
     source->normals = place[3] >= 0 && place[4] >= 0 && place[5] >= 0;
     /* ascii: a vertex takes two bytes a property at least. */
-    uint64_t least = state->ascii ? 2 * (uint64_t) state->properties : source->record;
+    uint64_t least = state->ascii ? 2 * (uint64_t)state->properties : source->record;
     if (!input->regular) return true;
     uint64_t rest = input->size - input->taken + state->ascii; /* the last newline may be missing */
     if (source->count <= rest / least) return true;
     return cli_fail(error, CLI_FAILED, "%s: %llu vertices in %llu bytes: it is not whole",
-                    input->name, (unsigned long long) source->count, (unsigned long long) rest);
+                    input->name, (unsigned long long)source->count, (unsigned long long)rest);
 }
 
 static bool ply_open(points_source *source, cli_error *error) {
@@ -174,38 +180,45 @@ static bool ply_open(points_source *source, cli_error *error) {
 
 static double number(const ply_state *state, int property, const char *record) {
     number_type type = state->property[property].type;
-    const unsigned char *from =
-        (const unsigned char *) record + state->property[property].offset;
+    const unsigned char *from = (const unsigned char *)record + state->property[property].offset;
     unsigned char little[8];
     for (size_t i = 0; i < sizes[type]; i++) little[i] = from[state->big ? sizes[type] - 1 - i : i];
     uint32_t bits = 0;
-    for (size_t i = 0; i < sizes[type] && i < 4; i++) bits |= (uint32_t) little[i] << 8 * i;
+    for (size_t i = 0; i < sizes[type] && i < 4; i++) bits |= (uint32_t)little[i] << 8 * i;
     switch (type) {
-    case INT8: return (int8_t) bits;
-    case UINT8: return (uint8_t) bits;
-    case INT16: return (int16_t) bits;
-    case UINT16: return (uint16_t) bits;
-    case INT32: return (int32_t) bits;
-    case UINT32: return bits;
-    case FLOAT: return points_le_float(little);
-    default: return points_le_double(little);
+    case INT8:
+        return (int8_t)bits;
+    case UINT8:
+        return (uint8_t)bits;
+    case INT16:
+        return (int16_t)bits;
+    case UINT16:
+        return (uint16_t)bits;
+    case INT32:
+        return (int32_t)bits;
+    case UINT32:
+        return bits;
+    case FLOAT:
+        return points_le_float(little);
+    default:
+        return points_le_double(little);
     }
 }
 
 static void put(points_block *block, int axis, double value) {
-    size_t at = 3 * block->count + (size_t) axis % 3;
+    size_t at = 3 * block->count + (size_t)axis % 3;
     if (axis >= 3)
-        block->normals[at] = (float) value;
+        block->normals[at] = (float)value;
     else if (block->type == SOFTSHADOW_F64)
-        ((double *) block->positions)[at] = value;
+        ((double *)block->positions)[at] = value;
     else
-        ((float *) block->positions)[at] = (float) value;
+        ((float *)block->positions)[at] = (float)value;
 }
 
 static bool truncated(const points_source *source, const ply_state *state, cli_error *error) {
     return cli_fail(error, CLI_FAILED, "%s: ends after %llu of %llu vertices", source->input.name,
-                    (unsigned long long) (source->count - state->left),
-                    (unsigned long long) source->count);
+                    (unsigned long long)(source->count - state->left),
+                    (unsigned long long)source->count);
 }
 
 static bool read_records(points_source *source, points_block *block, size_t most,
@@ -246,8 +259,8 @@ static bool line_number(const points_source *source, const char *line, const cha
     size_t length = 0;
     while (begin + length < end && !blank(begin[length])) length++;
     return cli_fail(error, CLI_FAILED, "%s:%llu:%zu: '%s' %s, numbers like -1.5e3 are allowed",
-                    source->input.name, (unsigned long long) source->line,
-                    (size_t) (begin - line) + 1, cli_show(&shown, begin, length),
+                    source->input.name, (unsigned long long)source->line,
+                    (size_t)(begin - line) + 1, cli_show(&shown, begin, length),
                     cli_number_problem(result));
 }
 
@@ -256,7 +269,7 @@ static bool take_line(points_source *source, points_block *block, const char *li
     const ply_state *state = source->state;
     const char *at = line, *end = line + length;
     while (end > line && blank(end[-1])) end--;
-    for (int p = 0; p < (int) state->properties; p++) {
+    for (int p = 0; p < (int)state->properties; p++) {
         double value;
         if (!line_number(source, line, &at, end, &value, error)) return false;
         for (int axis = 0; axis < (source->normals ? AXES : 3); axis++)
@@ -264,9 +277,9 @@ static bool take_line(points_source *source, points_block *block, const char *li
     }
     if (at != end)
         return cli_fail(error, CLI_FAILED, "%s:%llu:%zu: more than the %u numbers of a vertex",
-                        source->input.name, (unsigned long long) source->line,
-                        (size_t) (at - line) + 1, state->properties);
-    block->cuts[block->count] = block->carried.length + (size_t) (end - line);
+                        source->input.name, (unsigned long long)source->line,
+                        (size_t)(at - line) + 1, state->properties);
+    block->cuts[block->count] = block->carried.length + (size_t)(end - line);
     cli_text_append(&block->carried, line, length);
     cli_text_append(&block->carried, "\n", 1);
     block->ends[block->count] = block->carried.length;
@@ -280,7 +293,7 @@ static bool find_line(const points_source *source, ply_state *state, size_t *len
     const char *newline = NULL;
     if (waiting > state->scanned)
         newline = memchr(begin + state->scanned, '\n', waiting - state->scanned);
-    *length = newline ? (size_t) (newline - begin) : waiting;
+    *length = newline ? (size_t)(newline - begin) : waiting;
     if (newline || (source->input.ended && waiting)) return true;
     state->scanned = waiting;
     return false;

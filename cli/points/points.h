@@ -1,8 +1,9 @@
 /* Points as streams: a source hands out blocks, a sink takes them with what was answered.
  *
- * A block never waits for points that are not there yet: it ends when POINTS_BLOCK are read, or when
- * some are and the next would have to be waited for. What a source kept of its records (other
- * columns, comments, properties) travels in the block, so that a sink of the same kind gives it back. */
+ * A block never waits for points that are not there yet: it ends when POINTS_BLOCK are read, or
+ * when some are and the next would have to be waited for. What a source kept of its records (other
+ * columns, comments, properties) travels in the block, so that a sink of the same kind gives it
+ * back. */
 #ifndef CLI_POINTS_H
 #define CLI_POINTS_H
 
@@ -30,10 +31,10 @@ enum { POINTS_BLOCK = 262144, POINTS_CARRY = 32 << 20 };
 
 typedef struct points_block {
     size_t count, room;
-    uint32_t type;   /* SOFTSHADOW_F32 or _F64 */
-    void *positions; /* count x 3 */
-    float *normals;  /* count x 3, or NULL */
-    uint32_t width;  /* of an image, else 0 */
+    uint32_t type;    /* SOFTSHADOW_F32 or _F64 */
+    void *positions;  /* count x 3 */
+    float *normals;   /* count x 3, or NULL */
+    uint32_t width;   /* of an image, else 0 */
     cli_text carried; /* records as they were */
     size_t *ends;     /* lines: where record i ends in carried, */
     size_t *cuts;     /* and where its data ends; NULL: records of equal size */
@@ -60,12 +61,12 @@ struct points_source {
     const char *path;     /* as given */
     const char *channels; /* images: which hold positions, or NULL */
     uint32_t type;
-    bool normals;    /* the file has them */
-    uint64_t count;  /* POINTS_UNKNOWN: to be seen */
-    uint64_t given;  /* so far */
-    bool ended;      /* nothing comes any more */
-    uint64_t line;   /* of text: the last one read */
-    cli_text header; /* text, PLY: up to the first record */
+    bool normals;      /* the file has them */
+    uint64_t count;    /* POINTS_UNKNOWN: to be seen */
+    uint64_t given;    /* so far */
+    bool ended;        /* nothing comes any more */
+    uint64_t line;     /* of text: the last one read */
+    cli_text header;   /* text, PLY: up to the first record */
     size_t header_cut; /* where further names or properties belong */
     char separator;    /* text: ' ' for any blanks */
     bool lines;        /* blocks carry lines, not records of equal size */

@@ -74,14 +74,14 @@ static void put_point(points_sink *sink, const points_block *block, size_t i) {
     for (size_t axis = 0; axis < 3; axis++) {
         char between = axis ? separator : 0;
         if (block->type == SOFTSHADOW_F32) {
-            put_float(out, between, ((const float *) block->positions)[3 * i + axis]);
+            put_float(out, between, ((const float *)block->positions)[3 * i + axis]);
             continue;
         }
         char *to = cli_text_more(out, CLI_NUMBER_ROOM + 1);
         if (!to) return;
         if (between) *to++ = between;
         out->length += (between != 0) + cli_numbers_print_double(
-                                            to, ((const double *) block->positions)[3 * i + axis]);
+                                            to, ((const double *)block->positions)[3 * i + axis]);
     }
     for (size_t axis = 0; block->normals && axis < 3; axis++)
         put_float(out, separator, block->normals[3 * i + axis]);
@@ -117,10 +117,10 @@ void points_npy_header(char header[POINTS_NPY_HEADER], uint64_t count, uint32_t 
     char text[POINTS_NPY_HEADER];
     int length = snprintf(text, sizeof text,
                           "{'descr': '<f4', 'fortran_order': False, 'shape': (%llu, %u), }",
-                          (unsigned long long) count, columns);
+                          (unsigned long long)count, columns);
     memset(header, ' ', POINTS_NPY_HEADER);
     memcpy(header, "\x93NUMPY\x01\x00\x76\x00", 10); /* version 1.0, 118 bytes follow */
-    memcpy(header + 10, text, (size_t) length);
+    memcpy(header + 10, text, (size_t)length);
     header[POINTS_NPY_HEADER - 1] = '\n';
 }
 
@@ -150,14 +150,18 @@ bool points_sink_check(const points_sink *sink, cli_error *error) {
     if (sink->format == POINTS_RAW6)
         return cli_fail(error, CLI_USAGE, "%s: raw6 is an input format, raw is allowed", name);
     if (sink->format == POINTS_IMAGE && sink->source->format != POINTS_IMAGE)
-        return cli_fail(error, CLI_USAGE,
-                        "%s: an image is made from an image of positions only, .csv .ply .npy .raw are "
-                        "allowed", name);
+        return cli_fail(
+            error, CLI_USAGE,
+            "%s: an image is made from an image of positions only, .csv .ply .npy .raw are "
+            "allowed",
+            name);
     bool counted = sink->format == POINTS_NPY || sink->format == POINTS_PLY;
     if (counted && sink->count == POINTS_UNKNOWN && sink->output->origin < 0)
-        return cli_fail(error, CLI_USAGE,
-                        "%s: %s begins with the number of points, which is not known beforehand here; a "
-                        "file, csv or raw is allowed", name, points_format_names[sink->format]);
+        return cli_fail(
+            error, CLI_USAGE,
+            "%s: %s begins with the number of points, which is not known beforehand here; a "
+            "file, csv or raw is allowed",
+            name, points_format_names[sink->format]);
     return true;
 }
 
@@ -165,10 +169,14 @@ bool points_sink_begin(points_sink *sink, cli_error *error) {
     uint64_t count = sink->count == POINTS_UNKNOWN ? 0 : sink->count;
     if (sink->placed) return true;
     switch (sink->format) {
-    case POINTS_TEXT: return begin_text(sink, error);
-    case POINTS_PLY: return points_ply_begin(sink, error);
-    case POINTS_NPY: return write_npy_header(sink, count, false, error);
-    default: return true;
+    case POINTS_TEXT:
+        return begin_text(sink, error);
+    case POINTS_PLY:
+        return points_ply_begin(sink, error);
+    case POINTS_NPY:
+        return write_npy_header(sink, count, false, error);
+    default:
+        return true;
     }
 }
 
@@ -187,10 +195,18 @@ bool points_sink_write(points_sink *sink, const points_block *block, float *cons
                        cli_error *error) {
     bool fine;
     switch (sink->format) {
-    case POINTS_TEXT: fine = write_text(sink, block, columns, error); break;
-    case POINTS_PLY: fine = points_ply_write(sink, block, columns, error) && emit(sink, error); break;
-    case POINTS_IMAGE: fine = keep(sink, block, columns, error); break;
-    default: fine = write_floats(sink, block, columns, error); break;
+    case POINTS_TEXT:
+        fine = write_text(sink, block, columns, error);
+        break;
+    case POINTS_PLY:
+        fine = points_ply_write(sink, block, columns, error) && emit(sink, error);
+        break;
+    case POINTS_IMAGE:
+        fine = keep(sink, block, columns, error);
+        break;
+    default:
+        fine = write_floats(sink, block, columns, error);
+        break;
     }
     sink->written += block->count;
     return fine;
@@ -198,12 +214,15 @@ bool points_sink_write(points_sink *sink, const points_block *block, float *cons
 
 bool points_sink_end(points_sink *sink, cli_error *error) {
     switch (sink->format) {
-    case POINTS_PLY: return points_ply_end(sink, error);
+    case POINTS_PLY:
+        return points_ply_end(sink, error);
     case POINTS_NPY:
         return sink->placed || sink->count == sink->written ||
                write_npy_header(sink, sink->written, true, error);
-    case POINTS_IMAGE: return points_image_end(sink, error);
-    default: return true;
+    case POINTS_IMAGE:
+        return points_image_end(sink, error);
+    default:
+        return true;
     }
 }
 

@@ -21,14 +21,14 @@ static size_t find_count(const cli_text *header, size_t *length) {
     for (size_t at = 0; at < header->length;) {
         const char *line = header->begin + at;
         const char *newline = memchr(line, '\n', header->length - at);
-        size_t size = newline ? (size_t) (newline - line) : header->length - at;
+        size_t size = newline ? (size_t)(newline - line) : header->length - at;
         char copy[128];
         int from = 0, to = 0;
         size_t copied = size < sizeof copy ? size : sizeof copy - 1;
         memcpy(copy, line, copied);
         copy[copied] = 0;
         sscanf(copy, "element vertex %n%*s%n", &from, &to);
-        if (to > from) return *length = (size_t) (to - from), at + (size_t) from;
+        if (to > from) return *length = (size_t)(to - from), at + (size_t)from;
         at += size + 1;
     }
     return *length = 0;
@@ -38,9 +38,10 @@ static bool has_property(const points_sink *sink, const char *name) {
     const cli_text *header = &sink->source->header;
     char wanted[64];
     int length = snprintf(wanted, sizeof wanted, " scalar_%s", name);
-    for (size_t at = 0; at + (size_t) length < header->length; at++) {
-        char after = header->begin[at + (size_t) length];
-        if (memcmp(header->begin + at, wanted, (size_t) length) == 0 && (after == '\n' || after == '\r'))
+    for (size_t at = 0; at + (size_t)length < header->length; at++) {
+        char after = header->begin[at + (size_t)length];
+        if (memcmp(header->begin + at, wanted, (size_t)length) == 0 &&
+            (after == '\n' || after == '\r'))
             return true;
     }
     return false;
@@ -58,7 +59,7 @@ static bool begin_as_given(points_sink *sink, cli_error *error) {
     size_t length, at = find_count(header, &length);
     bool crlf = header->length > 4 && header->begin[3] == '\r';
     cli_text_append(out, header->begin, at);
-    cli_text_printf(out, "%llu", (unsigned long long) sink->count);
+    cli_text_printf(out, "%llu", (unsigned long long)sink->count);
     at += length;
     cli_text_append(out, header->begin + at, source->header_cut - at);
     put_properties(sink, crlf ? "\r\n" : "\n");
@@ -76,7 +77,7 @@ static bool begin_as_given(points_sink *sink, cli_error *error) {
 static void put_own_header(points_sink *sink, uint64_t count) {
     cli_text *out = &sink->scratch;
     char digits[COUNT_DIGITS + 1];
-    int used = snprintf(digits, sizeof digits, "%llu", (unsigned long long) count);
+    int used = snprintf(digits, sizeof digits, "%llu", (unsigned long long)count);
     const char *type = sink->source->type == SOFTSHADOW_F64 ? "double" : "float";
     cli_text_printf(out, "ply\nformat binary_little_endian 1.0\ncomment softshadow %*s\n",
                     COUNT_DIGITS - used, "");
@@ -110,7 +111,8 @@ static void put_values(points_sink *sink, float *const *columns, size_t i, bool 
     if (to) sink->scratch.length += 4 * count;
 }
 
-static void put_line(points_sink *sink, const points_block *block, float *const *columns, size_t i) {
+static void put_line(points_sink *sink, const points_block *block, float *const *columns,
+                     size_t i) {
     cli_text *out = &sink->scratch;
     size_t begin = i ? block->ends[i - 1] : 0;
     cli_text_append(out, block->carried.begin + begin, block->cuts[i] - begin);
@@ -129,9 +131,9 @@ static void put_own(points_sink *sink, const points_block *block, size_t i) {
     for (size_t axis = 0; axis < 3; axis++) {
         size_t at = 3 * i + axis;
         if (item == 8)
-            points_put_le_double(to + 8 * axis, ((const double *) block->positions)[at]);
+            points_put_le_double(to + 8 * axis, ((const double *)block->positions)[at]);
         else
-            points_put_le_float(to + 4 * axis, ((const float *) block->positions)[at]);
+            points_put_le_float(to + 4 * axis, ((const float *)block->positions)[at]);
         if (block->normals) points_put_le_float(to + 3 * item + 4 * axis, block->normals[at]);
     }
     sink->scratch.length += 3 * item + (block->normals ? 12 : 0);
@@ -162,7 +164,8 @@ bool points_ply_end(points_sink *sink, cli_error *error) {
     if (sink->source->format != POINTS_PLY) {
         if (sink->count == sink->written) return true;
         put_own_header(sink, sink->written);
-        return cli_output_rewrite(sink->output, 0, sink->scratch.begin, sink->scratch.length, error);
+        return cli_output_rewrite(sink->output, 0, sink->scratch.begin, sink->scratch.length,
+                                  error);
     }
 
     points_source *source = sink->source;

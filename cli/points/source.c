@@ -39,7 +39,9 @@ static bool check_signature(points_source *source, cli_error *error) {
         const char *bytes;
         size_t size;
         points_format format;
-    } signs[] = {{"\x93NUM", 4, POINTS_NPY}, {"ply", 3, POINTS_PLY}, {"v/1\x01", 4, POINTS_IMAGE},
+    } signs[] = {{"\x93NUM", 4, POINTS_NPY},
+                 {"ply", 3, POINTS_PLY},
+                 {"v/1\x01", 4, POINTS_IMAGE},
                  {"\x89PNG", 4, POINTS_IMAGE}};
     for (size_t i = 0; i < sizeof signs / sizeof *signs; i++) {
         bool is = cli_input_waiting(&source->input) >= signs[i].size &&
@@ -58,16 +60,20 @@ static bool check_signature(points_source *source, cli_error *error) {
 bool points_source_open(points_source *source, const char *path, points_format format,
                         const char *channels, cli_error *error) {
     bool standard = strcmp(path, "-") == 0;
-    *source = (points_source){.path = path, .channels = channels, .count = POINTS_UNKNOWN,
-                              .input.fd = -1, .format = format};
+    *source = (points_source){.path = path,
+                              .channels = channels,
+                              .count = POINTS_UNKNOWN,
+                              .input.fd = -1,
+                              .format = format};
     if (format == POINTS_NO_FORMAT)
         source->format = standard ? POINTS_TEXT : points_format_of(path);
     char shown[208];
     if (source->format == POINTS_NO_FORMAT)
-        return cli_fail(error, CLI_USAGE,
-                        "%s: its name tells no point format (.csv .txt .xyz .ply .npy .raw .exr ...), "
-                        "--input-format csv, ply, npy, raw, raw6 or image is allowed",
-                        cli_show_path(path, shown));
+        return cli_fail(
+            error, CLI_USAGE,
+            "%s: its name tells no point format (.csv .txt .xyz .ply .npy .raw .exr ...), "
+            "--input-format csv, ply, npy, raw, raw6 or image is allowed",
+            cli_show_path(path, shown));
     if (source->format == POINTS_IMAGE && standard)
         return cli_fail(error, CLI_USAGE, "standard input: an image is read from a file only");
     source->reader = readers[source->format];

@@ -32,7 +32,7 @@ static bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\
 static bool complain(const points_source *source, const char *line, const char *at,
                      const char *what, cli_error *error) {
     return cli_fail(error, CLI_FAILED, "%s:%llu:%zu: %s", source->input.name,
-                    (unsigned long long) source->line, (size_t) (at - line) + 1, what);
+                    (unsigned long long)source->line, (size_t)(at - line) + 1, what);
 }
 
 /* The next line, without taking it. wait: rather than waiting for more input, say WAIT. */
@@ -45,10 +45,11 @@ static line_status peek_line(points_source *source, bool wait, field *line, cli_
         const char *newline = NULL;
         if (waiting > state->scanned)
             newline = memchr(begin + state->scanned, '\n', waiting - state->scanned);
-        size_t length = newline ? (size_t) (newline - begin) : waiting;
+        size_t length = newline ? (size_t)(newline - begin) : waiting;
         if (length > MOST_LINE) {
             source->line++;
-            return complain(source, begin, begin + MOST_LINE, "line is longer than 65536 bytes", error),
+            return complain(source, begin, begin + MOST_LINE, "line is longer than 65536 bytes",
+                            error),
                    WRONG;
         }
         if (newline || (input->ended && waiting)) {
@@ -64,10 +65,10 @@ static line_status peek_line(points_source *source, bool wait, field *line, cli_
 
 static void take_line(points_source *source, field line) {
     cli_input *input = &source->input;
-    size_t length = (size_t) (line.end - line.begin);
+    size_t length = (size_t)(line.end - line.begin);
     if (length < cli_input_waiting(input)) length++; /* its newline */
     cli_input_take(input, length);
-    ((text_state *) source->state)->scanned = 0;
+    ((text_state *)source->state)->scanned = 0;
 }
 
 /* The line's content: behind a byte order mark and blanks. */
@@ -86,7 +87,7 @@ static size_t comment_mark(field text) {
 /* ---- Fields -------------------------------------------------------------------------------- */
 
 static char find_separator(field text, bool names) {
-    size_t length = (size_t) (text.end - text.begin);
+    size_t length = (size_t)(text.end - text.begin);
     if (memchr(text.begin, ';', length)) return ';';
     if (memchr(text.begin, ',', length)) return ',';
     return names && memchr(text.begin, '\t', length) ? '\t' : ' ';
@@ -144,11 +145,11 @@ static bool find_axes(const field *fields, uint32_t count, int place[AXES]) {
         size_t length = strlen(names[axis]);
         place[axis] = -1;
         for (uint32_t i = 0; i < count; i++) {
-            if ((size_t) (fields[i].end - fields[i].begin) != length ||
+            if ((size_t)(fields[i].end - fields[i].begin) != length ||
                 strncasecmp(fields[i].begin, names[axis], length) != 0)
                 continue;
             if (place[axis] >= 0) return false;
-            place[axis] = (int) i;
+            place[axis] = (int)i;
         }
     }
     bool all = place[3] >= 0 && place[4] >= 0 && place[5] >= 0;
@@ -163,8 +164,8 @@ static bool is_number(field f) {
 }
 
 static void keep_header(points_source *source, field line, const char *cut) {
-    source->header_cut = source->header.length + (size_t) (cut - line.begin);
-    cli_text_append(&source->header, line.begin, (size_t) (line.end - line.begin));
+    source->header_cut = source->header.length + (size_t)(cut - line.begin);
+    cli_text_append(&source->header, line.begin, (size_t)(line.end - line.begin));
     cli_text_append(&source->header, "\n", 1);
 }
 
@@ -174,13 +175,15 @@ static void consider_comment(points_source *source, field line, field text, size
     text_state *state = source->state;
     field names = {text.begin + mark, text.end};
     const char *cut;
+    int found[AXES];
     source->separator = find_separator(names, false);
     uint32_t count = split(source, names, false, state->fields, &cut);
-    bool fits = count <= MOST_COLUMNS && find_axes(state->fields, count, place);
+    bool fits = count <= MOST_COLUMNS && find_axes(state->fields, count, found);
+    if (fits) memcpy(place, found, sizeof found);
     if (fits) *columns = count;
     if (fits) keep_header(source, line, cut);
     if (fits) return;
-    cli_text_append(&source->header, line.begin, (size_t) (line.end - line.begin));
+    cli_text_append(&source->header, line.begin, (size_t)(line.end - line.begin));
     cli_text_append(&source->header, "\n", 1);
 }
 
@@ -188,12 +191,13 @@ static bool settle_unnamed(points_source *source, field line, field text, uint32
                            cli_error *error) {
     text_state *state = source->state;
     if (count != 3 && count != 6)
-        return cli_fail(error, CLI_FAILED,
-                        "%s:%llu:%zu: %u columns, 3 (x y z) or 6 (x y z nx ny nz) are allowed, or a "
-                        "first line that names them", source->input.name,
-                        (unsigned long long) source->line, (size_t) (text.begin - line.begin) + 1,
-                        count);
-    for (int axis = 0; axis < AXES; axis++) state->place[axis] = axis < (int) count ? axis : -1;
+        return cli_fail(
+            error, CLI_FAILED,
+            "%s:%llu:%zu: %u columns, 3 (x y z) or 6 (x y z nx ny nz) are allowed, or a "
+            "first line that names them",
+            source->input.name, (unsigned long long)source->line,
+            (size_t)(text.begin - line.begin) + 1, count);
+    for (int axis = 0; axis < AXES; axis++) state->place[axis] = axis < (int)count ? axis : -1;
     return true;
 }
 
@@ -210,9 +214,11 @@ static bool settle(points_source *source, field line, field text, uint32_t comme
         source->separator = find_separator(text, true);
         count = split(source, text, false, state->fields, &cut);
         if (count > MOST_COLUMNS || !find_axes(state->fields, count, state->place))
-            return complain(source, line.begin, text.begin,
-                            "neither numbers nor a header that names x, y and z (and nx, ny, nz or none "
-                            "of them) once each", error);
+            return complain(
+                source, line.begin, text.begin,
+                "neither numbers nor a header that names x, y and z (and nx, ny, nz or none "
+                "of them) once each",
+                error);
         source->header_cut = 0;
         keep_header(source, line, cut);
         take_line(source, line);
@@ -245,9 +251,9 @@ static bool read_header(points_source *source, cli_error *error) {
         if (status == WRONG) return false;
         if (status == END) return true;
         source->line++;
-        if (memchr(line.begin, 0, (size_t) (line.end - line.begin)))
+        if (memchr(line.begin, 0, (size_t)(line.end - line.begin)))
             return complain(source, line.begin,
-                            memchr(line.begin, 0, (size_t) (line.end - line.begin)),
+                            memchr(line.begin, 0, (size_t)(line.end - line.begin)),
                             "a zero byte, text is allowed", error);
         field text = content(source, line);
         size_t mark = comment_mark(text);
@@ -260,13 +266,15 @@ static bool read_header(points_source *source, cli_error *error) {
         }
         take_line(source, line);
         if (source->header.length > POINTS_CARRY)
-            return complain(source, line.begin, line.begin, "32 MiB of comments and no point", error);
+            return complain(source, line.begin, line.begin, "32 MiB of comments and no point",
+                            error);
     }
 }
 
 static bool text_open(points_source *source, cli_error *error) {
     source->state = calloc(1, sizeof(text_state));
-    if (!source->state) return cli_fail(error, CLI_FAILED, "%s: memory ran out", source->input.name);
+    if (!source->state)
+        return cli_fail(error, CLI_FAILED, "%s: memory ran out", source->input.name);
     source->type = SOFTSHADOW_F64;
     source->lines = true;
     return read_header(source, error);
@@ -281,40 +289,39 @@ static bool parse(const points_source *source, field line, field f, double *valu
     if (result == CLI_NUMBER_OK && at == f.end) return true;
     cli_shown shown;
     if (result == CLI_NUMBER_OK) result = CLI_NUMBER_NONE;
-    return cli_fail(error, CLI_FAILED, "%s:%llu:%zu: '%s' %s, numbers like -1.5e3 are allowed",
-                    source->input.name, (unsigned long long) source->line,
-                    (size_t) (f.begin - line.begin) + 1,
-                    cli_show(&shown, f.begin, (size_t) (f.end - f.begin)),
-                    cli_number_problem(result));
+    return cli_fail(
+        error, CLI_FAILED, "%s:%llu:%zu: '%s' %s, numbers like -1.5e3 are allowed",
+        source->input.name, (unsigned long long)source->line, (size_t)(f.begin - line.begin) + 1,
+        cli_show(&shown, f.begin, (size_t)(f.end - f.begin)), cli_number_problem(result));
 }
 
 static bool wrong_columns(const points_source *source, uint32_t count, cli_error *error) {
     const text_state *state = source->state;
-    return cli_fail(error, CLI_FAILED, "%s:%llu:1: has %s%u columns, %u are allowed as in line %llu",
-                    source->input.name, (unsigned long long) source->line,
-                    count > MOST_COLUMNS ? "more than " : "",
-                    count > MOST_COLUMNS ? MOST_COLUMNS : count, state->columns,
-                    (unsigned long long) state->first_line);
+    return cli_fail(
+        error, CLI_FAILED, "%s:%llu:1: has %s%u columns, %u are allowed as in line %llu",
+        source->input.name, (unsigned long long)source->line,
+        count > MOST_COLUMNS ? "more than " : "", count > MOST_COLUMNS ? MOST_COLUMNS : count,
+        state->columns, (unsigned long long)state->first_line);
 }
 
 static bool take_point(points_source *source, points_block *block, field line, field text,
                        cli_error *error) {
     text_state *state = source->state;
-    const char *cut, *zero = memchr(line.begin, 0, (size_t) (line.end - line.begin));
+    const char *cut, *zero = memchr(line.begin, 0, (size_t)(line.end - line.begin));
     if (zero) return complain(source, line.begin, zero, "a zero byte, text is allowed", error);
     bool comments = !state->named || source->separator == ' ';
     uint32_t count = split(source, text, comments, state->fields, &cut);
     if (count != state->columns) return wrong_columns(source, count, error);
-    double *position = (double *) block->positions + 3 * block->count;
+    double *position = (double *)block->positions + 3 * block->count;
     for (int axis = 0; axis < 3; axis++)
         if (!parse(source, line, state->fields[state->place[axis]], &position[axis], error))
             return false;
     for (int axis = 3; source->normals && axis < AXES; axis++) {
         double value;
         if (!parse(source, line, state->fields[state->place[axis]], &value, error)) return false;
-        block->normals[3 * block->count + (size_t) axis - 3] = (float) value;
+        block->normals[3 * block->count + (size_t)axis - 3] = (float)value;
     }
-    block->cuts[block->count] = block->carried.length + (size_t) (cut - line.begin);
+    block->cuts[block->count] = block->carried.length + (size_t)(cut - line.begin);
     return true;
 }
 
@@ -329,7 +336,7 @@ static bool text_read(points_source *source, points_block *block, size_t most, c
         field text = content(source, line);
         bool point = text.begin < text.end && !comment_mark(text);
         if (point && !take_point(source, block, line, text, error)) return false;
-        cli_text_append(&block->carried, line.begin, (size_t) (line.end - line.begin));
+        cli_text_append(&block->carried, line.begin, (size_t)(line.end - line.begin));
         cli_text_append(&block->carried, "\n", 1);
         if (point) block->ends[block->count++] = block->carried.length;
         take_line(source, line);

@@ -26,8 +26,8 @@ bool query_hash_file(uint64_t *hash, const char *path, cli_error *error) {
     char shown[208];
     if (stat(path, &about) != 0)
         return cli_fail(error, CLI_FAILED, "%s: %s", cli_show_path(path, shown), strerror(errno));
-    int64_t facts[3] = {(int64_t) about.st_size, (int64_t) about.st_mtim.tv_sec,
-                        (int64_t) about.st_mtim.tv_nsec};
+    int64_t facts[3] = {(int64_t)about.st_size, (int64_t)about.st_mtim.tv_sec,
+                        (int64_t)about.st_mtim.tv_nsec};
     *hash = query_hash(*hash, facts, sizeof facts);
     return true;
 }
@@ -43,12 +43,12 @@ static bool hash_range(int fd, uint64_t begin, uint64_t end, uint64_t *hash) {
     char piece[PIECE];
     *hash = QUERY_HASH;
     while (begin < end) {
-        size_t size = end - begin < PIECE ? (size_t) (end - begin) : PIECE;
-        ssize_t got = pread(fd, piece, size, (off_t) begin);
+        size_t size = end - begin < PIECE ? (size_t)(end - begin) : PIECE;
+        ssize_t got = pread(fd, piece, size, (off_t)begin);
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) return false;
-        *hash = query_hash(*hash, piece, (size_t) got);
-        begin += (uint64_t) got;
+        *hash = query_hash(*hash, piece, (size_t)got);
+        begin += (uint64_t)got;
     }
     return true;
 }
@@ -97,12 +97,14 @@ static bool read_back(query_journal *journal, const char *head, const char *fina
     if (!lines) return problem(journal, error);
     bool fine;
     if (!fgets(line, sizeof line, lines)) {
-        ssize_t length = (ssize_t) strlen(head);
-        fine = write(journal->fd, head, (size_t) length) == length || problem(journal, error);
+        ssize_t length = (ssize_t)strlen(head);
+        fine = write(journal->fd, head, (size_t)length) == length || problem(journal, error);
     } else if (strcmp(line, head) != 0) {
-        fine = cli_fail(error, CLI_FAILED,
-                        "%s: belongs to another job (other options, meshes or points): remove it, or "
-                        "leave --resume out", cli_show_path(journal->path, shown));
+        fine =
+            cli_fail(error, CLI_FAILED,
+                     "%s: belongs to another job (other options, meshes or points): remove it, or "
+                     "leave --resume out",
+                     cli_show_path(journal->path, shown));
     } else {
         bool whole = says_whole(lines);
         fine = replay(journal, lines, final, unfinished, whole, ftello(lines)) ||
@@ -110,7 +112,7 @@ static bool read_back(query_journal *journal, const char *head, const char *fina
         /* "whole" behind a piece that does not hash any more was cut off. */
         if (fine && whole && !journal->whole) journal->done = 0;
         if (fine && whole && !journal->whole)
-            fine = ftruncate(journal->fd, (off_t) strlen(head)) == 0 || problem(journal, error);
+            fine = ftruncate(journal->fd, (off_t)strlen(head)) == 0 || problem(journal, error);
         if (fine && lseek(journal->fd, 0, SEEK_END) < 0) fine = problem(journal, error);
     }
     fclose(lines);
@@ -121,7 +123,7 @@ bool query_journal_open(query_journal *journal, const char *path, uint64_t ident
                         const char *final, const char *unfinished, uint64_t begin,
                         cli_error *error) {
     char head[64];
-    snprintf(head, sizeof head, "softshadow-resume 1 %016llx\n", (unsigned long long) identity);
+    snprintf(head, sizeof head, "softshadow-resume 1 %016llx\n", (unsigned long long)identity);
     *journal = (query_journal){.begin = begin, .path = strdup(path)};
     journal->fd = journal->path ? open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666) : -1;
     if (!journal->path) return cli_fail(error, CLI_FAILED, "memory ran out");
@@ -130,9 +132,9 @@ bool query_journal_open(query_journal *journal, const char *path, uint64_t ident
 }
 
 static bool put(const query_journal *journal, const char *line, cli_error *error) {
-    ssize_t length = (ssize_t) strlen(line);
+    ssize_t length = (ssize_t)strlen(line);
     errno = ENOSPC; /* what a short write means */
-    return write(journal->fd, line, (size_t) length) == length || problem(journal, error);
+    return write(journal->fd, line, (size_t)length) == length || problem(journal, error);
 }
 
 bool query_journal_add(query_journal *journal, int fd, uint64_t end, cli_error *error) {
@@ -140,8 +142,8 @@ bool query_journal_add(query_journal *journal, int fd, uint64_t end, cli_error *
     char line[128];
     if (end == begin) return true;
     if (!hash_range(fd, begin, end, &hash)) return problem(journal, error);
-    snprintf(line, sizeof line, "bytes %llu %llu %016llx\n", (unsigned long long) begin,
-             (unsigned long long) end, (unsigned long long) hash);
+    snprintf(line, sizeof line, "bytes %llu %llu %016llx\n", (unsigned long long)begin,
+             (unsigned long long)end, (unsigned long long)hash);
     journal->done = end - journal->begin;
     return put(journal, line, error);
 }

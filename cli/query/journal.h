@@ -1,5 +1,5 @@
-/* What --resume goes by: a file of lines beside the output that tells which bytes of it were written
- * and how they hash, for one job. What does not hash as told is done again. */
+/* What --resume goes by: a file of lines beside the output that tells which bytes of it were
+ * written and how they hash, for one job. What does not hash as told is done again. */
 #ifndef CLI_QUERY_JOURNAL_H
 #define CLI_QUERY_JOURNAL_H
 
@@ -25,8 +25,8 @@ uint64_t query_hash_text(uint64_t hash, const char *text);
 bool query_hash_file(uint64_t *hash, const char *path, cli_error *error);
 
 /* Opens or begins the journal at path of a job with that identity. final is the output, unfinished
- * the file that holds it until it is whole (the same path for parts). A journal of another job is an
- * error. */
+ * the file that holds it until it is whole (the same path for parts). A journal of another job is
+ * an error. */
 bool query_journal_open(query_journal *journal, const char *path, uint64_t identity,
                         const char *final, const char *unfinished, uint64_t begin,
                         cli_error *error);

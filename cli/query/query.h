@@ -25,10 +25,10 @@ bool query_run(query_request *request, cli_error *error);
 typedef struct query_target {
     points_format format;
     cli_output output;
-    bool placed;        /* records of equal size, in the middle of a file */
-    char *path;         /* of the file that is written or made; NULL: stdout */
-    char *part_path;    /* placed, and whole only at the end: written here, then renamed */
-    uint64_t header;    /* placed: bytes before the first record */
+    bool placed;     /* records of equal size, in the middle of a file */
+    char *path;      /* of the file that is written or made; NULL: stdout */
+    char *part_path; /* placed, and whole only at the end: written here, then renamed */
+    uint64_t header; /* placed: bytes before the first record */
     query_journal journal;
 } query_target;
 

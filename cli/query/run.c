@@ -37,18 +37,18 @@ static bool choose_range(job *j, cli_error *error) {
     uint64_t n = request->shards, i = request->shard < n ? request->shard : n;
     uint64_t each = source->count / n, rest = source->count % n;
     __extension__ typedef unsigned __int128 wide;
-    j->range.first = each * i + (uint64_t) ((wide) rest * i / n);
+    j->range.first = each * i + (uint64_t)((wide)rest * i / n);
     i = i < n ? i + 1 : n;
-    j->range.last = each * i + (uint64_t) ((wide) rest * i / n);
+    j->range.last = each * i + (uint64_t)((wide)rest * i / n);
     return true;
 }
 
 static size_t block_size(const job *j) {
     size_t most = POINTS_BLOCK, columns = points_sink_columns(&j->sink);
-    while (most * columns > (size_t) 1 << 22) most /= 2; /* 16 MiB of answers */
-    if (j->source.format == POINTS_IMAGE) most = (size_t) j->source.count;
+    while (most * columns > (size_t)1 << 22) most /= 2; /* 16 MiB of answers */
+    if (j->source.format == POINTS_IMAGE) most = (size_t)j->source.count;
     if (j->range.last != POINTS_UNKNOWN && j->range.last - j->range.first < most)
-        most = (size_t) (j->range.last - j->range.first);
+        most = (size_t)(j->range.last - j->range.first);
     return most ? most : 1;
 }
 
@@ -60,13 +60,13 @@ static bool make_room(job *j, cli_error *error) {
             return cli_fail(error, CLI_FAILED, "memory ran out");
     const cli_build_options *common = &j->request->common;
     return !common->verify ||
-           query_sample_init(&j->sample, (size_t) common->verify_points, &j->source, error);
+           query_sample_init(&j->sample, (size_t)common->verify_points, &j->source, error);
 }
 
 static bool open_all(job *j, bool *nothing, cli_error *error) {
     query_request *request = j->request;
     *nothing = false;
-    if (!points_source_open(&j->source, request->points, (points_format) request->input_format,
+    if (!points_source_open(&j->source, request->points, (points_format)request->input_format,
                             request->channels, error))
         return false;
     if (request->no_normals) j->source.normals = false;
@@ -75,15 +75,18 @@ static bool open_all(job *j, bool *nothing, cli_error *error) {
     if (request->sharded && j->range.first == j->range.last) {
         if (!request->common.quiet)
             fprintf(stderr, "softshadow query: shard %llu/%llu has no points, nothing to do\n",
-                    (unsigned long long) request->shard, (unsigned long long) request->shards);
+                    (unsigned long long)request->shard, (unsigned long long)request->shards);
         *nothing = true;
         return true;
     }
     const char *output = request->output;
     size_t length = strlen(output);
-    j->sink = (points_sink){.format = j->target.format, .source = &j->source,
-                            .output = &j->target.output, .lights = request->common.light_count,
-                            .bounds = request->bounds, .part = request->sharded,
+    j->sink = (points_sink){.format = j->target.format,
+                            .source = &j->source,
+                            .output = &j->target.output,
+                            .lights = request->common.light_count,
+                            .bounds = request->bounds,
+                            .part = request->sharded,
                             .placed = j->target.placed,
                             .commas = strcmp(output, "-") == 0 || length < 4 ||
                                       strcmp(output + length - 4, ".csv") == 0};
@@ -110,10 +113,10 @@ static void tell_progress(job *j, size_t count) {
     const cli_input *input = &j->source.input;
     double from = 0, to = 0;
     if (j->sink.count != POINTS_UNKNOWN && j->sink.count) {
-        from = (double) j->done / (double) j->sink.count;
-        to = (double) (j->done + count) / (double) j->sink.count;
+        from = (double)j->done / (double)j->sink.count;
+        to = (double)(j->done + count) / (double)j->sink.count;
     } else if (input->regular && input->size) {
-        from = to = (double) input->taken / (double) input->size;
+        from = to = (double)input->taken / (double)input->size;
     }
     cli_progress_span(&j->scene.progress, from, to < 1 ? to : 1, j->done);
 }
@@ -154,7 +157,7 @@ static bool work(job *j, cli_error *error) {
         size_t most = j->block.room;
         /* A whole input is read until it ends: more or less than was told shows there. */
         if (j->request->sharded && j->sink.count - j->done < most)
-            most = (size_t) (j->sink.count - j->done);
+            most = (size_t)(j->sink.count - j->done);
         if (!most) break;
         if (!points_source_read(&j->source, &j->block, most, error)) return false;
         tell_progress(j, j->block.count);
@@ -174,10 +177,11 @@ static bool report(job *j, cli_error *error) {
     cli_progress_free(&j->scene.progress);
     cli_progress_init(&j->scene.progress, common->quiet);
     if (j->bad)
-        fprintf(stderr,
-                "softshadow query: warning: %llu of %llu points are not finite, beyond 1e15 or outside "
-                "--bounds: their visibility is nan\n",
-                (unsigned long long) j->bad, (unsigned long long) j->done);
+        fprintf(
+            stderr,
+            "softshadow query: warning: %llu of %llu points are not finite, beyond 1e15 or outside "
+            "--bounds: their visibility is nan\n",
+            (unsigned long long)j->bad, (unsigned long long)j->done);
     if (common->stats && !cli_scene_print_stats(&j->scene, common->stats_form == 1, error))
         return false;
     if (!common->verify) return true;

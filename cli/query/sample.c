@@ -32,10 +32,10 @@ void query_sample_add(query_sample *sample, const points_block *block, const flo
         uint64_t place = sample->seen++;
         if (place >= sample->room) place = next(&sample->state) % sample->seen;
         if (place >= sample->room) continue;
-        memcpy(sample->positions + place * size, (const char *) block->positions + i * size, size);
+        memcpy(sample->positions + place * size, (const char *)block->positions + i * size, size);
         if (sample->normals)
             memcpy(sample->normals + 3 * place, block->normals + 3 * i, 3 * sizeof(float));
-        if (sample->count <= place) sample->count = (size_t) place + 1;
+        if (sample->count <= place) sample->count = (size_t)place + 1;
     }
 }
 

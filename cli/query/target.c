@@ -30,17 +30,20 @@ bool query_target_choose(query_target *target, const query_request *request,
     *target = (query_target){.journal.fd = -1, .output.fd = -1};
     char shown[208];
     if (!standard && !check_inputs(request, error)) return false;
-    target->format = (points_format) request->output_format;
+    target->format = (points_format)request->output_format;
     if (target->format == POINTS_NO_FORMAT && !standard)
         target->format = points_format_of(request->output);
     if (target->format == POINTS_NO_FORMAT && standard) /* as the points came */
         target->format = source->format == POINTS_RAW6 ? POINTS_RAW : source->format;
     if (target->format == POINTS_NO_FORMAT)
-        return cli_fail(error, CLI_USAGE,
-                        "%s: its name tells no format, --output-format csv, ply, npy, raw or image is "
-                        "allowed", cli_show_path(request->output, shown));
+        return cli_fail(
+            error, CLI_USAGE,
+            "%s: its name tells no format, --output-format csv, ply, npy, raw or image is "
+            "allowed",
+            cli_show_path(request->output, shown));
     if (target->format == POINTS_IMAGE && standard)
-        return cli_fail(error, CLI_USAGE, "standard output: an image is written to a file only: -o");
+        return cli_fail(error, CLI_USAGE,
+                        "standard output: an image is written to a file only: -o");
     if (target->format != POINTS_TEXT && standard && isatty(STDOUT_FILENO))
         return cli_fail(error, CLI_USAGE, "standard output: is a terminal, and %s is no text: -o",
                         points_format_names[target->format]);
@@ -64,12 +67,13 @@ static bool identify(const query_target *target, const query_request *request,
     softshadow_build build = common->build;
     uint64_t hash = query_hash_text(QUERY_HASH, softshadow_version_string());
     hash = query_hash_text(hash, build.method);
-    const double numbers[] = {build.samples, build.resolution, build.layers, build.max_samples,
-                              build.falloff, build.weighting, build.mask_taps, build.blur,
-                              build.seed, build.backend, build.tolerance, build.depth_bias,
-                              build.smoothie_width, common->bounds_given, target->format, columns,
-                              (double) range->first, (double) range->last, request->no_normals,
-                              request->bounds, request->input_format};
+    const double numbers[] = {
+        build.samples,        build.resolution,     build.layers,        build.max_samples,
+        build.falloff,        build.weighting,      build.mask_taps,     build.blur,
+        build.seed,           build.backend,        build.tolerance,     build.depth_bias,
+        build.smoothie_width, common->bounds_given, target->format,      columns,
+        (double)range->first, (double)range->last,  request->no_normals, request->bounds,
+        request->input_format};
     hash = query_hash(hash, numbers, sizeof numbers);
     hash = query_hash(hash, common->bounds, sizeof common->bounds);
     hash = query_hash_text(hash, request->channels);
@@ -94,7 +98,7 @@ static char *make_path(const char *format, const char *path, uint64_t shard, uin
     size_t room = strlen(path) + 64;
     char *made = malloc(room);
     if (made)
-        snprintf(made, room, format, path, (unsigned long long) shard, (unsigned long long) shards);
+        snprintf(made, room, format, path, (unsigned long long)shard, (unsigned long long)shards);
     return made;
 }
 
@@ -104,14 +108,13 @@ static bool open_journal(query_target *target, const query_request *request,
     size_t record = columns * sizeof(float);
     uint64_t begin = target->placed ? target->header + range->first * record : 0;
     if (!identify(target, request, range, columns, &identity, error)) return false;
-    char *path = request->sharded
-                     ? make_path("%s.%llu-of-%llu.resume", target->path, request->shard,
-                                 request->shards)
-                     : make_path("%s.resume", target->path, 0, 0);
+    char *path = request->sharded ? make_path("%s.%llu-of-%llu.resume", target->path,
+                                              request->shard, request->shards)
+                                  : make_path("%s.resume", target->path, 0, 0);
     if (!path) return cli_fail(error, CLI_FAILED, "memory ran out");
     const char *unfinished = target->part_path ? target->part_path : target->path;
-    bool fine = query_journal_open(&target->journal, path, identity, target->path, unfinished, begin,
-                                   error);
+    bool fine = query_journal_open(&target->journal, path, identity, target->path, unfinished,
+                                   begin, error);
     free(path);
     return fine;
 }
@@ -155,10 +158,12 @@ static bool finish_journal(query_target *target, cli_error *error) {
     if (!target->placed) {
         /* One piece: the file as it now is. */
         FILE *file = fopen(target->path, "re");
-        bool fine = file && fstat(fileno(file), &about) == 0 &&
-                    query_journal_add(&target->journal, fileno(file), (uint64_t) about.st_size, error);
+        bool fine =
+            file && fstat(fileno(file), &about) == 0 &&
+            query_journal_add(&target->journal, fileno(file), (uint64_t)about.st_size, error);
         if (!file)
-            cli_fail(error, CLI_FAILED, "%s: %s", cli_show_path(target->path, shown), strerror(errno));
+            cli_fail(error, CLI_FAILED, "%s: %s", cli_show_path(target->path, shown),
+                     strerror(errno));
         if (file) fclose(file);
         if (!fine) return false;
     }

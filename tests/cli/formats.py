@@ -83,6 +83,7 @@ class Formats(Case):
                 ("# a\n\n0.5 0 0\n# end\n", "# a\n\n0.5 0 0 V\n# end\n"),
                 ("x y z\n0.5 0 0\n", "x y z visibility\n0.5 0 0 V\n"),
                 ("# x y z\n0.5 0 0\n", "# x y z visibility\n0.5 0 0 V\n"),
+                ("# x;y;z\n//\n.5;0;0\n", "# x;y;z;visibility\n//\n.5;0;0;V\n"),
                 ("//X Y Z\n0.5 0 0\n", "//X Y Z visibility\n0.5 0 0 V\n"),
                 ("# points of x and y and z\n.5 0 0\n", "# points of x and y and z\n.5 0 0 V\n"),
                 ("name,Z,y,X,tag\n\"a, b\",0,0,+.5,#1\n", "name,Z,y,X,tag,visibility\n\"a, b\",0,0,+.5,#1,V\n"),
