@@ -105,6 +105,7 @@ static softshadow_status make(softshadow **out, const softshadow_options *given)
     handle->fork_generation = ss_process_generation();
     pthread_mutex_init(&handle->totals_lock, NULL);
     pthread_mutex_init(&handle->scratch_lock, NULL);
+    pthread_mutex_init(&handle->lod_lock, NULL);
     *out = handle;
     return SOFTSHADOW_OK;
 }
@@ -139,6 +140,7 @@ void softshadow_destroy(softshadow *handle) {
     ss_pool_destroy(handle->pool);
     pthread_mutex_destroy(&handle->totals_lock);
     pthread_mutex_destroy(&handle->scratch_lock);
+    pthread_mutex_destroy(&handle->lod_lock);
     ss_free(handle);
     ss_fpu_leave(&fpu);
 }
@@ -354,7 +356,10 @@ static void sum_up(softshadow *handle, softshadow_stats *stats) {
     stats->rays = totals.counts.rays;
     if (!built->ready) return;
     stats->triangles = built->world->triangle_count;
+    pthread_mutex_lock(&handle->lod_lock);
     stats->map_bytes = built->bytes, stats->peak_bytes = built->peak_bytes;
+    stats->lod_triangles = built->lod_triangles;
+    pthread_mutex_unlock(&handle->lod_lock);
     stats->method_used = technique->name, stats->backend_used = built->plan.backend;
     for (uint32_t i = 0; i < built->light_count; i++) {
         if (technique->silhouette_edges) {

@@ -25,6 +25,7 @@ typedef struct ss_built {
     ss_world *world;
     struct ss_bvh *bvh;
     struct ss_rays *rays;
+    struct ss_lod *lod; /* made by the first query that it pays for */
     struct ss_topology *topology;
     struct ss_silhouette_tree *silhouettes;
     ss_light *lights;
@@ -32,6 +33,7 @@ typedef struct ss_built {
     void **states;    /* the technique's, one a light */
     uint32_t light_count;
     size_t bytes, peak_bytes;
+    uint64_t lod_triangles; /* of lod, 0 without */
 } ss_built;
 
 struct softshadow {
@@ -46,11 +48,15 @@ struct softshadow {
     ss_totals totals;
     pthread_mutex_t scratch_lock;
     struct ss_scratch *scratch; /* arenas of workers that rest */
+    pthread_mutex_t lod_lock;   /* held while a query makes built.lod */
 };
 
 /* Builds what the request needs and is stale. On failure nothing is built. */
 softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request);
 void ss_built_free(ss_built *built);
+/* Coarser scenes for a query of `count` points where the technique can use them and the work repays
+ * them: *lod is NULL otherwise. A choice by numbers only, so that a batch always gets the same. */
+softshadow_status ss_engine_lend_lod(softshadow *handle, size_t count, const struct ss_lod **lod);
 
 /* Answers a checked batch. */
 softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,

@@ -272,10 +272,11 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
                                   float *visibility) {
     const double start = ss_clock();
     const ss_built *built = &handle->built;
-    const ss_asked asked = {built->plan.technique, &built->stages[points->light],
-                            built->states[points->light]};
+    ss_stage stage = built->stages[points->light];
+    const ss_asked asked = {built->plan.technique, &stage, built->states[points->light]};
     ss_totals totals = {0};
-    const softshadow_status status = ss_engine_ask(handle, &asked, points, visibility, &totals);
+    softshadow_status status = ss_engine_lend_lod(handle, points->count, &stage.lod);
+    if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
     totals.query_seconds = ss_clock() - start;
     if (!status) add_totals(handle, &totals);
     return status;

@@ -17,7 +17,7 @@ enum {
     SS_NEEDS_RAYS = 2,       /* trace/rays.h: Embree */
     SS_NEEDS_EDGES = 4,      /* topology's edge table */
     SS_NEEDS_COMPONENTS = 8, /* topology's closed components */
-    SS_NEEDS_LEVELS = 16,    /* topology's decimated levels */
+    SS_NEEDS_LOD = 16,       /* trace/lod.h: coarser scenes, in queries large enough to repay them */
     SS_NEEDS_SILHOUETTES = 32 /* silhouette/silhouette.h's tree, and the edge table it reads */
 };
 
@@ -42,6 +42,7 @@ typedef struct ss_stage {
     const struct ss_rays *rays; /* NULL unless needed */
     const struct ss_topology *topology; /* NULL unless needed: scene/connectivity.h */
     const struct ss_silhouette_tree *silhouettes; /* NULL unless needed */
+    const struct ss_lod *lod; /* NULL in builds, and in queries that do not repay it */
 } ss_stage;
 
 /* What a query counts; one per worker, summed by the engine. */
