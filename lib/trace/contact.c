@@ -13,7 +13,7 @@
 
 #include "base/vec.h"
 
-#define ROOM 512 /* near boxes looked at */
+#define ROOM 128 /* near boxes looked at */
 
 #define ULPS 4   /* that the distance of a face touched may be: three roundings each of point and face */
 
@@ -120,8 +120,13 @@ static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[
                        candidate *list, double *clear) {
     uint32_t box[ROOM], count = 0;
     const double size = host_size(world, p), reach = longest_reach(world, ulp, size);
-    const double radius = SS_NEAR + reach;
-    const size_t found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM); /* its boxes are floats */
+    double radius = SS_NEAR + reach;
+    size_t found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM); /* its boxes are floats */
+    const bool tangle = found > ROOM;
+    if (tangle) { /* only the nearest, then */
+        radius = SS_NEAR;
+        found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM);
+    }
     size_t kept = 0;
     for (size_t i = 0; i < found && i < ROOM; i++) {
         double corner[3][3];
@@ -133,7 +138,7 @@ static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[
         kept++;
         keep(list, &count, &face);
     }
-    const bool all = found <= ROOM && kept <= SS_NEAR_MOST;
+    const bool all = !tangle && kept <= SS_NEAR_MOST;
     *clear = all ? SS_NEAR : SS_NEAR + 2 * reach; /* the point moves by `reach`, too */
     return count;
 }
