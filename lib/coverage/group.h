@@ -10,9 +10,25 @@
 
 #include "coverage/lattice.h"
 #include "trace/bvh.h"
+#include "trace/outline.h"
 #include "trace/shaft.h"
 
 #define SS_LANES 16
+/* The list of an outline's edges: at most 2^LIST_BITS uses, found by hashing. Bit-planes that count to
+ * that many. */
+#define SS_GROUP_LIST_BITS 12
+#define SS_GROUP_LIST (1u << SS_GROUP_LIST_BITS)
+#define SS_GROUP_SLOT_BITS 13
+#define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
+#define SS_GROUP_PLANES (SS_GROUP_LIST_BITS + 1)
+
+typedef struct ss_list_edge {
+    uint32_t key; /* edge << 1 | side of the faces */
+    int32_t sum;
+} ss_list_edge;
+typedef struct ss_list_slot {
+    uint32_t key, place; /* place: stamp << LIST_BITS | where in the list */
+} ss_list_slot;
 
 typedef struct ss_group {
     _Alignas(64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
@@ -21,8 +37,15 @@ typedef struct ss_group {
     uint32_t lanes;                          /* a bit for every lane that is asked */
     uint8_t axis[3]; /* the order in which axes are summed: see ss_axis_order() */
     ss_shaft shaft;  /* around all lanes asked */
+    float middle[3], half[3]; /* a box around them, with room for rounding */
+    float light_middle[3], light_half[3]; /* around the light; sun: around the directions to it, */
+    float light_finite;                   /* and this is 0, else 1 */
+    /* For all lanes, t of a vertex X is within t_least..t_most + t_axis . Y +- t_spread . |Y|, with
+     * Y = X - middle. Between t_safe and t_beyond nothing is clipped or too near to any of them. */
+    float t_axis[3], t_spread[3], t_least, t_most, t_safe, t_beyond;
     const ss_bvh *bvh;
-    const ss_lattice *samples;
+    const ss_outline *outline;
+    const ss_lattice *lattice;
     const uint8_t *tested; /* per world triangle: opacity-tested, or NULL if none is */
 
     /* Triangles that a lane must not see: found elsewhere. */
@@ -34,6 +57,12 @@ typedef struct ss_group {
     uint32_t *covered; /* [lane][samples->blocks x 16] */
     uint32_t *listed;
     uint32_t listed_count, listed_room;
+
+    /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; slots, zeroed once. */
+    uint32_t *planes;
+    ss_list_edge *list;
+    ss_list_slot *slots;
+    uint32_t list_count, stamp;
 } ss_group;
 
 typedef void ss_group_kernel(ss_group *group);
@@ -42,7 +71,7 @@ ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
 ss_group_kernel *ss_group_kernel_here(void);
 
 static inline uint32_t *ss_group_mask(const ss_group *group, unsigned lane) {
-    return group->covered + (size_t)lane * group->samples->blocks * SS_BLOCK;
+    return group->covered + (size_t)lane * group->lattice->blocks * SS_BLOCK;
 }
 
 #endif

@@ -46,6 +46,7 @@ static inline vf f_abs(vf x) {
     const __m256 sign = _mm256_set1_ps(-0.0f);
     return BOTH(vf, _mm256_andnot_ps(sign, x.a), _mm256_andnot_ps(sign, x.b));
 }
+static inline vf f_sqrt(vf x) { return BOTH(vf, _mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)); }
 static inline vf f_ceil(vf x) { return BOTH(vf, _mm256_ceil_ps(x.a), _mm256_ceil_ps(x.b)); }
 static inline vm f_lt(vf x, vf y) {
     return BOTH(vm, _mm256_cmp_ps(x.a, y.a, _CMP_LT_OQ), _mm256_cmp_ps(x.b, y.b, _CMP_LT_OQ));
@@ -125,6 +126,19 @@ static inline __m256i columns_from(__m256 u, __m256 rows) {
 }
 static inline vi i_columns_from(vf u, vm rows) {
     return BOTH(vi, columns_from(u.a, rows.a), columns_from(u.b, rows.b));
+}
+
+static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
+    const __m128i shift = _mm_cvtsi32_si128(15 - (int)lane);
+    uint64_t bits = 0;
+    for (int i = 0; i < 64; i += 32) { /* the bit to each word's sign, words to bytes, signs out */
+        const __m256i a = _mm256_sll_epi16(_mm256_load_si256((const __m256i *)(lanes + i)), shift);
+        const __m256i b = _mm256_sll_epi16(_mm256_load_si256((const __m256i *)(lanes + i + 16)), shift);
+        const __m256i both = _mm256_packs_epi16(_mm256_srai_epi16(a, 15), _mm256_srai_epi16(b, 15));
+        const __m256i ordered = _mm256_permute4x64_epi64(both, 0xd8);
+        bits |= (uint64_t)(uint32_t)_mm256_movemask_epi8(ordered) << i;
+    }
+    return bits;
 }
 #undef BOTH
 

@@ -20,6 +20,7 @@ static inline vf f_fnma(vf a, vf b, vf c) { return _mm512_fnmadd_ps(a, b, c); }
 static inline vf f_min(vf a, vf b) { return _mm512_min_ps(a, b); }
 static inline vf f_max(vf a, vf b) { return _mm512_max_ps(a, b); }
 static inline vf f_abs(vf a) { return _mm512_abs_ps(a); }
+static inline vf f_sqrt(vf a) { return _mm512_sqrt_ps(a); }
 static inline vf f_ceil(vf a) {
     return _mm512_roundscale_ps(a, _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC);
 }
@@ -55,6 +56,13 @@ static inline int i_any(vi a) { return _mm512_test_epi32_mask(a, a) != 0; }
 static inline vi i_columns_from(vf u, vm rows) {
     const vi count = _mm512_cvttps_epi32(_mm512_max_ps(u, _mm512_setzero_ps()));
     return _mm512_maskz_sllv_epi32(rows, _mm512_set1_epi32(-1), count);
+}
+
+static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
+    const __m512i bit = _mm512_set1_epi16((short)(1 << lane));
+    const uint64_t low = _mm512_test_epi16_mask(_mm512_load_si512(lanes), bit);
+    const uint64_t high = _mm512_test_epi16_mask(_mm512_load_si512(lanes + 32), bit);
+    return high << 32 | low;
 }
 
 #endif

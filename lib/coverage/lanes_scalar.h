@@ -2,7 +2,8 @@
  *   vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for each lane
  * f_fma rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
  * where m is true. f_magic is a first guess of 1 / a, within 13 %. i_columns_from gives the bits
- * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32. */
+ * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32.
+ * lane_bits gives bit `lane` of sixty-four numbers. */
 #ifndef SS_COVERAGE_LANES_H
 #define SS_COVERAGE_LANES_H
 
@@ -59,6 +60,7 @@ static inline vf f_fnma(vf a, vf b, vf c) { EACH(vf, fma_once(-a.v[i], b.v[i], c
 static inline vf f_min(vf a, vf b) { EACH(vf, a.v[i] < b.v[i] ? a.v[i] : b.v[i]); }
 static inline vf f_max(vf a, vf b) { EACH(vf, a.v[i] > b.v[i] ? a.v[i] : b.v[i]); }
 static inline vf f_abs(vf a) { EACH(vf, __builtin_fabsf(a.v[i])); }
+static inline vf f_sqrt(vf a) { EACH(vf, __builtin_sqrtf(a.v[i])); }
 static inline vf f_ceil(vf a) { EACH(vf, __builtin_ceilf(a.v[i])); }
 static inline vm f_lt(vf a, vf b) { EACH(vm, a.v[i] < b.v[i] ? ~0u : 0); }
 static inline vm f_le(vf a, vf b) { EACH(vm, a.v[i] <= b.v[i] ? ~0u : 0); }
@@ -99,6 +101,12 @@ static inline int i_any(vi a) {
     return any != 0;
 }
 static inline vi i_columns_from(vf u, vm rows) { EACH(vi, bits_from(u.v[i]) & rows.v[i]); }
+
+static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
+    uint64_t bits = 0;
+    for (int i = 0; i < 64; i++) bits |= (uint64_t)(lanes[i] >> lane & 1) << i;
+    return bits;
+}
 #undef EACH
 
 #endif

@@ -2,7 +2,7 @@
 # for their flags; nothing in them but static inline C and one entry.
 libsoftshadow_core_la_SOURCES += \
   %D%/direct.c %D%/direct.h \
-  %D%/group.c %D%/group.h %D%/group_kernel.h \
+  %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/group_scalar.c %D%/lanes_scalar.h \
   %D%/lattice.c %D%/lattice.h
 EXTRA_DIST += %D%/lanes_avx2.h %D%/lanes_avx512.h

@@ -23,6 +23,7 @@
 
 typedef struct exact {
     ss_lattice *samples;
+    ss_outline *outline;
     ss_light light;  /* with its axes in summing order */
     uint8_t axis[3];
     uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
@@ -97,6 +98,7 @@ static void exact_destroy(void *state) {
     exact *e = state;
     if (!e) return;
     ss_lattice_destroy(e->samples);
+    ss_outline_destroy(e->outline);
     ss_free(e->tested);
     ss_free(e);
 }
@@ -119,7 +121,10 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
         const double more = pow(1.0 / 256 / stage->params->tolerance, 4.0 / 3);
         samples = (uint32_t)fmin(DEFAULT_SAMPLES * more, SS_LATTICE_MOST);
     }
-    const softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
+    softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
+    if (!status) {
+        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, stage->pool);
+    }
     if (status) exact_destroy(e);
     else *state = e;
     return status;
@@ -127,7 +132,7 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
 
 static size_t exact_bytes(const void *state) {
     const exact *e = state;
-    return sizeof *e + ss_lattice_bytes(e->samples);
+    return sizeof *e + ss_lattice_bytes(e->samples) + ss_outline_bytes(e->outline);
 }
 
 /* ---- a point's view of the light ---------------------------------------------------------------*/
@@ -144,7 +149,7 @@ static bool set_lane(ss_group *g, unsigned lane, const ss_view *view, const doub
     ss_cross(view->a, view->b, row[2]);
     const double det = ss_dot(view->centre, row[2]);
     if (det == 0) return false;
-    const double(*grid)[3] = (const double(*)[3])g->samples->grid;
+    const double(*grid)[3] = (const double(*)[3])g->lattice->grid;
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 2; i++) {
             map[i][k] = (grid[i][0] * row[0][k] + grid[i][1] * row[1][k] + grid[i][2] * row[2][k]) / det;
@@ -317,10 +322,77 @@ static void skip_near(scratch *s, unsigned lane) {
     }
 }
 
+/* How far from its point a face of contact's list can be. */
+static double near_reach(const ss_world *world, const ss_point *point) {
+    double size = 0;
+    for (int k = 0; k < 3; k++) {
+        const double origin = (world->low[k] + world->half[k]) * world->scale;
+        size = fmax(size, fabs(point->p[k] + origin));
+        size = fmax(size, fmax(fabs(world->bounds[k] + origin), fabs(world->bounds[3 + k] + origin)));
+    }
+    return SS_NEAR + 8 * (double)point->ulp * (size + 1) + 2 * SS_TOUCH;
+}
+
+static void enclose_points(ss_group *g, const double low[3], const double high[3]) {
+    for (int k = 0; k < 3; k++) {
+        const double middle = low[k] + (high[k] - low[k]) / 2;
+        g->middle[k] = (float)middle;
+        g->half[k] = (float)((high[k] - low[k]) / 2 + 0x1p-22 * (fabs(low[k]) + fabs(high[k])));
+    }
+}
+
+/* The light, or the directions to the sun, as anything in the box sees it. */
+static void enclose_light(ss_group *g, const ss_light *light, const double low[3],
+                          const double high[3]) {
+    const bool sun = light->type == SOFTSHADOW_SUN;
+    g->light_finite = sun ? 0 : 1;
+    for (int k = 0; k < 3; k++) {
+        double from = light->normal[k] - hypot(light->u[k], light->v[k]);
+        double to = light->normal[k] + hypot(light->u[k], light->v[k]);
+        if (!sun) {
+            double n[3] = {0, 0, 0};
+            n[k] = 1;
+            to = ss_light_support(light, low, high, n);
+            n[k] = -1;
+            from = -ss_light_support(light, low, high, n);
+        }
+        g->light_middle[k] = (float)(from + (to - from) / 2);
+        g->light_half[k] = (float)((to - from) / 2 + 0x1p-22 * (fabs(from) + fabs(to)));
+    }
+}
+
+/* The range of t over the lanes, as ss_group has it. reach: see near_reach(). */
+static void enclose_depths(ss_group *g, double reach) {
+    double least[3], most[3];
+    g->t_least = INFINITY, g->t_most = -INFINITY, g->t_safe = 0, g->t_beyond = INFINITY;
+    for (int k = 0; k < 3; k++) least[k] = INFINITY, most[k] = -INFINITY;
+    for (uint32_t m = g->lanes; m; m &= m - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(m);
+        double at = g->shift[2][lane], size = 0;
+        for (int k = 0; k < 3; k++) {
+            const double n = g->matrix[2][k][lane];
+            at += n * g->middle[g->axis[k]];
+            size += fabs(n);
+            least[k] = fmin(least[k], n), most[k] = fmax(most[k], n);
+        }
+        g->t_least = fminf(g->t_least, (float)at), g->t_most = fmaxf(g->t_most, (float)at);
+        g->t_safe = fmaxf(g->t_safe, (float)fmax(4 * g->t_near[lane], 2 * reach * size));
+        g->t_beyond = fminf(g->t_beyond, g->t_far[lane] - 4 * g->t_near[lane]);
+    }
+    for (int k = 0; k < 3; k++) {
+        g->t_axis[g->axis[k]] = (float)((least[k] + most[k]) / 2);
+        g->t_spread[g->axis[k]] = (float)((most[k] - least[k]) * 0.5000001);
+    }
+}
+
 /* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
-static softshadow_status draw(scratch *s, const double low[3], const double high[3]) {
+static softshadow_status draw(scratch *s, const double low[3], const double high[3], double reach) {
     ss_group *g = s->group;
-    ss_shaft_make(&g->shaft, s->stage->light, s->stage->world->extent, low, high);
+    const ss_light *light = s->stage->light;
+    ss_shaft_make(&g->shaft, light, s->stage->world->extent, low, high);
+    enclose_points(g, low, high);
+    enclose_light(g, light, low, high);
+    enclose_depths(g, reach);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel(g);
@@ -333,6 +405,7 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     const exact *e = s->state;
     ss_group *g = s->group;
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double reach = 0;
     g->lanes = g->skip_count = 0;
     for (unsigned lane = 0; lane < n; lane++) {
         double p[3];
@@ -349,13 +422,14 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
         } else {
             g->lanes |= 1u << lane;
             skip_near(s, lane);
+            reach = fmax(reach, near_reach(s->stage->world, &points[lane]));
             for (int k = 0; k < 3; k++) {
                 low[k] = fmin(low[k], contact->p[k]), high[k] = fmax(high[k], contact->p[k]);
             }
         }
     }
     if (!g->lanes) return SOFTSHADOW_OK;
-    const softshadow_status status = draw(s, low, high);
+    const softshadow_status status = draw(s, low, high, reach);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
@@ -376,12 +450,21 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->skip_lanes = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip_lanes);
     if (!s->group || !s->contact || !s->view || !s->skip || !s->skip_lanes) return false;
     memset(s->group, 0, sizeof *s->group);
-    s->group->bvh = stage->bvh, s->group->samples = e->samples, s->group->tested = e->tested;
+    s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
+    s->group->outline = e->outline;
+    s->group->stamp = 1;
     s->group->skip = s->skip, s->group->skip_lanes = s->skip_lanes;
     memcpy(s->group->axis, e->axis, sizeof e->axis);
     s->group->covered = ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK,
                                        sizeof(uint32_t));
-    return s->group->covered && room_for(s, 512);
+    const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
+    s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
+    s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST, sizeof *s->group->list);
+    s->group->slots = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->slots);
+    if (!s->group->covered || !s->group->planes || !s->group->list || !s->group->slots) return false;
+    memset(s->group->planes, 0, planes * sizeof(uint32_t));
+    memset(s->group->slots, 0, SS_GROUP_SLOTS * sizeof *s->group->slots);
+    return room_for(s, 512);
 }
 
 static softshadow_status exact_query(const ss_stage *stage, const void *state, const ss_point *points,
@@ -408,7 +491,7 @@ const ss_technique ss_exact = {
     .title = "Noise-free coverage of the light by everything in the way",
     .cite = "ours",
     .notes = "all lights native; the same samples of the light for every point",
-    .needs = SS_NEEDS_BVH,
+    .needs = SS_NEEDS_BVH | SS_NEEDS_EDGES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = 1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT |
                      1u << SOFTSHADOW_SUN,

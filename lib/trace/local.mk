@@ -4,6 +4,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/bvh_build.c %D%/bvh_node.h \
   %D%/contact.c %D%/contact.h \
   %D%/lod.c %D%/lod.h \
+  %D%/outline.c %D%/outline.h \
   %D%/rays.c %D%/rays.h \
   %D%/samples.c %D%/samples.h \
   %D%/shaft.c %D%/shaft.h

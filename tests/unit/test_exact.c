@@ -12,6 +12,7 @@
 #include "coverage/lattice.h"
 #include "shapes.h"
 #include "technique/exact.h"
+#include "topology/topology.h"
 #include "trace/bvh.h"
 
 static const ss_technique *const exact = &ss_exact;
@@ -31,6 +32,7 @@ typedef struct asked {
     ss_params params;
     ss_pool *pool;
     ss_bvh *bvh;
+    ss_topology *topology;
     ss_stage stage;
     void *state;
 } asked;
@@ -44,13 +46,15 @@ static void make(asked *a, const softshadow_mesh *mesh, const softshadow_light *
     assert_int_equal(ss_world_create(&a->world, &a->scene), SOFTSHADOW_OK);
     ss_world_light(a->world, light, &a->light);
     assert_int_equal(ss_bvh_build(&a->bvh, a->world, a->pool, NULL), SOFTSHADOW_OK);
-    a->stage = (ss_stage){.world = a->world, .light = &a->light, .params = &a->params,
+    assert_int_equal(ss_topology_build(&a->topology, a->world, a->pool), SOFTSHADOW_OK);
+    a->stage = (ss_stage){.topology = a->topology, .world = a->world, .light = &a->light, .params = &a->params,
                           .pool = a->pool, .bvh = a->bvh};
     assert_int_equal(exact->build(&a->stage, &a->state), SOFTSHADOW_OK);
 }
 
 static void drop(asked *a) {
     exact->destroy(a->state);
+    ss_topology_destroy(a->topology);
     ss_bvh_destroy(a->bvh);
     ss_world_destroy(a->world);
     ss_scene_free(&a->scene);

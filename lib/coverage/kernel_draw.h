@@ -1,0 +1,265 @@
+/* Drawing into the lanes' masks: single triangles by exclusive or, outlines by winding numbers. */
+#ifndef SS_COVERAGE_KERNEL_DRAW_H
+#define SS_COVERAGE_KERNEL_DRAW_H
+
+#define MOST_EDGES 5       /* of a triangle clipped by two planes */
+#define MOST_ROW_BLOCKS 24 /* SS_LATTICE_MOST samples */
+#define BATCH 64           /* edges between two rounds over the lanes: their numbers stay in L1 */
+
+/* Edges waiting to be drawn, with what each does in which lanes. */
+typedef struct batch {
+    edge edges[BATCH];
+    _Alignas(64) uint16_t touched[MOST_ROW_BLOCKS][BATCH]; /* lanes, by row block */
+    _Alignas(64) uint16_t positive[BATCH];                 /* lanes in which it counts +1 */
+    uint32_t count;
+} batch;
+
+typedef struct walk {
+    ss_group *g;
+    uint32_t blocks, words, row_blocks;
+    uint32_t open; /* lanes that still see some of the light */
+    float rows, columns;
+    _Alignas(64) float row[MOST_ROW_BLOCKS * SS_BLOCK]; /* y of every row */
+    uint32_t work; /* edges drawn since lanes were last closed */
+    uint32_t uses; /* in the list, before cancelling */
+    unsigned planes; /* that are not all zero, at most */
+    batch batch;
+} walk;
+
+/* ---- single triangles --------------------------------------------------------------------------*/
+
+typedef struct polygon {
+    edge edges[MOST_EDGES];
+    int count;
+    bounds box;
+} polygon;
+
+static inline void add_edge(const walk *w, polygon *p, const place *a, const place *b,
+                            const pixel *pa, const pixel *pb) {
+    bounds box;
+    set_edge(&p->edges[p->count++], &box, a, b, pa, pb, w->rows / 2);
+    p->box.x_low = f_min(p->box.x_low, box.x_low), p->box.x_high = f_max(p->box.x_high, box.x_high);
+    p->box.y_low = f_min(p->box.y_low, box.y_low), p->box.y_high = f_max(p->box.y_high, box.y_high);
+}
+
+static inline void clip_triangle(const walk *w, polygon *p, const place v[3]) {
+    segment s[MOST_EDGES] = {{v[0], v[1]}, {v[1], v[2]}, {v[2], v[0]}};
+    int count = clip(s, 3, f_load(w->g->t_near), 0);
+    count = clip(s, count, f_load(w->g->t_far), 1);
+    for (int i = 0; i < count; i++) {
+        const pixel a = project(&s[i].a), b = project(&s[i].b);
+        add_edge(w, p, &s[i].a, &s[i].b, &a, &b);
+    }
+}
+
+/* Lanes in which something with these bounds can cover a sample or, with `left`, be to the left of one.
+ * The margins are for rounding in x at a row. */
+static inline vm touched(const walk *w, const bounds *box, int left) {
+    const vf first = f_max(f_ceil(box->y_low), f_set(1));
+    const vf end = f_min(f_ceil(box->y_high), f_set(w->rows + 1));
+    const vm in = m_and(f_lt(first, end), f_lt(box->x_low, f_set(w->columns + 0.25f)));
+    return left ? in : m_and(in, f_lt(f_set(0.75f), box->x_high));
+}
+
+static inline void draw_polygon(const walk *w, const polygon *p, uint32_t lanes) {
+    for (; lanes; lanes &= lanes - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(lanes);
+        uint32_t *mask = ss_group_mask(w->g, lane);
+        for (uint32_t b = 0; b < w->blocks; b++) {
+            const vf y = f_load(w->row + SS_BLOCK * (b / w->words));
+            const uint32_t word = b % w->words;
+            vi cover = edge_block(&p->edges[0], lane, y, word);
+            for (int i = 1; i + 1 < p->count; i += 2) {
+                cover = i_xor3(cover, edge_block(&p->edges[i], lane, y, word),
+                               edge_block(&p->edges[i + 1], lane, y, word));
+            }
+            i_store(mask + SS_BLOCK * b, i_or(i_load(mask + SS_BLOCK * b), cover));
+        }
+    }
+}
+
+/* One triangle in these lanes. */
+static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int clipped) {
+    polygon p; /* 1,600 bytes that need no clearing */
+    p.count = 0;
+    p.box = (bounds){f_set(1e30f), f_set(-1e30f), f_set(1e30f), f_set(-1e30f)};
+    if (clipped) {
+        clip_triangle(w, &p, v);
+    } else {
+        const pixel q[3] = {project(&v[0]), project(&v[1]), project(&v[2])};
+        for (int c = 0; c < 3; c++) add_edge(w, &p, &v[c], &v[(c + 1) % 3], &q[c], &q[(c + 1) % 3]);
+    }
+    draw_polygon(w, &p, m_bits(touched(w, &p.box, 0)) & lanes);
+    w->work += 3;
+}
+
+/* ---- outlines ----------------------------------------------------------------------------------
+ *
+ * A sample's winding number is how many edges to its left run up less how many run down. Both are
+ * counted in bit-planes, each plane a mask, by carry-save addition: any depth is exact, because there
+ * are planes for more edges than a list holds. */
+
+#define PLANES SS_GROUP_PLANES
+
+static inline uint32_t *plane_at(const walk *w, unsigned lane, uint32_t block, int down, unsigned plane) {
+    return w->g->planes + ((((size_t)lane * w->blocks + block) * 2 + (size_t)down) * PLANES + plane) * SS_BLOCK;
+}
+
+static inline void carry_up(walk *w, unsigned lane, uint32_t block, int down, vi carry) {
+    for (unsigned plane = 3; plane < PLANES && i_any(carry); plane++) {
+        uint32_t *at = plane_at(w, lane, block, down, plane);
+        const vi old = i_load(at);
+        i_store(at, i_xor(old, carry));
+        carry = i_and(old, carry);
+        if (plane >= w->planes) w->planes = plane + 1;
+    }
+}
+
+static inline void count_edges(walk *w, unsigned lane, uint32_t block, int down, uint64_t list) {
+    uint32_t *at = plane_at(w, lane, block, down, 0);
+    const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
+    const uint32_t word = block % w->words;
+    vi ones = i_load(at), twos = i_load(at + SS_BLOCK), fours = i_load(at + 2 * SS_BLOCK);
+    while (list) {
+        const vi first = edge_block(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
+        vi second = i_zero();
+        list &= list - 1;
+        if (list) {
+            second = edge_block(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
+            list &= list - 1;
+        }
+        const vi carry = i_majority(ones, first, second);
+        ones = i_xor3(ones, first, second);
+        const vi more = i_and(twos, carry);
+        twos = i_xor(twos, carry);
+        const vi most = i_and(fours, more);
+        fours = i_xor(fours, more);
+        if (i_any(most)) carry_up(w, lane, block, down, most);
+    }
+    i_store(at, ones);
+    i_store(at + SS_BLOCK, twos);
+    i_store(at + 2 * SS_BLOCK, fours);
+}
+
+/* Counts the edges of the batch and empties it. */
+static inline void draw_batch(walk *w) {
+    batch *b = &w->batch;
+    if (!b->count) return;
+    const uint64_t all = b->count == 64 ? UINT64_MAX : (UINT64_C(1) << b->count) - 1;
+    for (uint32_t lanes = w->open; lanes; lanes &= lanes - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(lanes);
+        const uint64_t up = lane_bits(b->positive, lane) & all;
+        for (uint32_t r = 0; r < w->row_blocks; r++) {
+            const uint64_t here = lane_bits(b->touched[r], lane) & all;
+            for (uint32_t word = 0; word < w->words && here; word++) {
+                count_edges(w, lane, r * w->words + word, 0, here & up);
+                count_edges(w, lane, r * w->words + word, 1, here & ~up);
+            }
+        }
+    }
+    b->count = 0;
+}
+
+/* Covers what winds and clears the planes for the next list. */
+static inline void settle_windings(walk *w) {
+    for (uint32_t lanes = w->open; lanes; lanes &= lanes - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(lanes);
+        uint32_t *mask = ss_group_mask(w->g, lane);
+        for (uint32_t b = 0; b < w->blocks; b++) {
+            vi cover = i_load(mask + SS_BLOCK * b);
+            for (unsigned p = 0; p < w->planes; p++) {
+                uint32_t *up = plane_at(w, lane, b, 0, p), *down = plane_at(w, lane, b, 1, p);
+                cover = i_or(cover, i_xor(i_load(up), i_load(down)));
+                i_store(up, i_zero());
+                i_store(down, i_zero());
+            }
+            i_store(mask + SS_BLOCK * b, cover);
+        }
+    }
+    w->planes = 3;
+}
+
+/* sum: how often the edge counts from its first end to its second, or the other way. */
+static inline void push_edge(walk *w, const float ends[8], int32_t sum) {
+    const place from = transform(w->g, ends), to = transform(w->g, ends + 4);
+    const pixel a = project(&from), c = project(&to);
+    for (int32_t left = sum > 0 ? sum : -sum; left > 0; left--) {
+        batch *b = &w->batch;
+        bounds box;
+        const vm up = set_edge(&b->edges[b->count], &box, &from, &to, &a, &c, w->rows / 2);
+        const uint32_t lanes = m_bits(touched(w, &box, 1)) & w->open;
+        if (!lanes) return;
+        for (uint32_t r = 0; r < w->row_blocks; r++) {
+            const vm here = m_and(f_le(box.y_low, f_set((float)(SS_BLOCK * (r + 1)))),
+                                  f_lt(f_set((float)(SS_BLOCK * r + 1)), box.y_high));
+            b->touched[r][b->count] = (uint16_t)(m_bits(here) & lanes);
+        }
+        b->positive[b->count] = (uint16_t)(sum > 0 ? m_bits(up) : ~m_bits(up));
+        if (++b->count == BATCH) draw_batch(w);
+    }
+}
+
+/* Draws the outline of one side's faces: the edges of the list whose sum is not zero. */
+static inline void draw_list(walk *w, uint32_t side) {
+    const ss_group *g = w->g;
+    bool any = false;
+    for (uint32_t i = 0; i < g->list_count; i++) {
+        const ss_list_edge *at = &g->list[i];
+        if ((at->key & 1) != side || at->sum == 0) continue;
+        push_edge(w, g->outline->ends[at->key >> 1], at->sum);
+        any = true;
+    }
+    if (!any) return;
+    draw_batch(w);
+    settle_windings(w);
+}
+
+/* Closes lanes that see nothing of the light any more. */
+static inline void close_lanes(walk *w) {
+    w->work = 0;
+    for (uint32_t m = w->open; m; m &= m - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(m);
+        const uint32_t *mask = ss_group_mask(w->g, lane);
+        int full = 1;
+        for (uint32_t b = 0; b < w->blocks && full; b++) full = i_all_ones(i_load(mask + SS_BLOCK * b));
+        if (full) w->open &= ~(1u << lane);
+    }
+}
+
+static inline void flush(walk *w) {
+    ss_group *g = w->g;
+    for (uint32_t side = 0; side < 2 && g->list_count && w->open; side++) draw_list(w, side);
+    g->list_count = w->uses = 0;
+    if (++g->stamp == 1u << (32 - SS_GROUP_LIST_BITS)) {
+        memset(g->slots, 0, sizeof *g->slots * SS_GROUP_SLOTS);
+        g->stamp = 1;
+    }
+    close_lanes(w);
+}
+
+/* Adds a use of an edge by a face of one side; where two faces of that side share it, it goes. */
+static inline void add_use(walk *w, uint32_t use, uint32_t side) {
+    ss_group *g = w->g;
+    const uint32_t key = (use & ~1u) | side;
+    const int32_t sum = use & 1 ? -1 : 1;
+    for (uint32_t at = key * 0x9E3779B1u >> (32 - SS_GROUP_SLOT_BITS);; at = (at + 1) % SS_GROUP_SLOTS) {
+        ss_list_slot *slot = &g->slots[at];
+        if (slot->place >> SS_GROUP_LIST_BITS != g->stamp) {
+            *slot = (ss_list_slot){key, g->stamp << SS_GROUP_LIST_BITS | g->list_count};
+            g->list[g->list_count++] = (ss_list_edge){key, sum};
+            return;
+        }
+        if (slot->key == key) {
+            g->list[slot->place & (SS_GROUP_LIST - 1)].sum += sum;
+            return;
+        }
+    }
+}
+
+/* Room for that many more uses, drawing what is listed if there is not. */
+static inline void reserve(walk *w, uint32_t uses) {
+    if (w->uses + uses > SS_GROUP_LIST) flush(w);
+    w->uses += uses;
+}
+
+#endif

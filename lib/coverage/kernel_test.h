@@ -1,0 +1,178 @@
+/* What may be between a group and the light, and from which side it is seen: tests of sixteen boxes or
+ * triangles at once. All of them are certain in the direction that matters. */
+#ifndef SS_COVERAGE_KERNEL_TEST_H
+#define SS_COVERAGE_KERNEL_TEST_H
+
+/* As ss_outline_build() has it: a side is misjudged by less. */
+#define SIDE_ERROR 0x1p-18f
+
+typedef struct box {
+    vf low[3], high[3];
+} box;
+
+static inline box child_box(const ss_bvh_node *node) {
+    box b;
+    for (int k = 0; k < 3; k++) b.low[k] = f_load(node->low[k]), b.high[k] = f_load(node->high[k]);
+    return b;
+}
+
+static inline box triangle_box(const ss_bvh_leaf *leaf) {
+    box b;
+    for (int k = 0; k < 3; k++) {
+        const vf v0 = f_load(leaf->corner[0][k]), v1 = f_load(leaf->corner[1][k]),
+                 v2 = f_load(leaf->corner[2][k]);
+        b.low[k] = f_min(v0, f_min(v1, v2)), b.high[k] = f_max(v0, f_max(v1, v2));
+    }
+    return b;
+}
+
+static inline vm in_hull_box(const ss_shaft *shaft, const box *b) {
+    vm in = f_le(b->low[0], f_set(shaft->high[0]));
+    in = m_and(in, f_le(f_set(shaft->low[0]), b->high[0]));
+    for (int k = 1; k < 3; k++) {
+        in = m_and(in, f_le(b->low[k], f_set(shaft->high[k])));
+        in = m_and(in, f_le(f_set(shaft->low[k]), b->high[k]));
+    }
+    return in;
+}
+
+static inline vf height(const float n[3], vf x, vf y, vf z) {
+    return f_fma(x, f_set(n[0]), f_fma(y, f_set(n[1]), f_mul(z, f_set(n[2]))));
+}
+
+/* Boxes that are in the shaft at least in part; *inside: wholly, but for rounding. */
+static inline vm in_shaft(const ss_shaft *shaft, const box *b, vm *inside) {
+    vm in = in_hull_box(shaft, b), whole = in;
+    for (unsigned p = 0; p < shaft->planes; p++) {
+        const float *n = shaft->normal[p];
+        const vf limit = f_set(shaft->limit[p]);
+        const bool x = n[0] > 0, y = n[1] > 0, z = n[2] > 0;
+        in = m_and(in, f_le(height(n, x ? b->low[0] : b->high[0], y ? b->low[1] : b->high[1],
+                                   z ? b->low[2] : b->high[2]), limit));
+        whole = m_and(whole, f_le(height(n, x ? b->high[0] : b->low[0], y ? b->high[1] : b->low[1],
+                                         z ? b->high[2] : b->low[2]), limit));
+    }
+    *inside = whole;
+    return in;
+}
+
+static inline vm triangles_in_shaft(const ss_shaft *shaft, const ss_bvh_leaf *leaf, const box *b) {
+    vm in = in_hull_box(shaft, b);
+    for (unsigned p = 0; p < shaft->planes; p++) {
+        vf least = height(shaft->normal[p], f_load(leaf->corner[0][0]), f_load(leaf->corner[0][1]),
+                          f_load(leaf->corner[0][2]));
+        for (int c = 1; c < 3; c++) {
+            least = f_min(least, height(shaft->normal[p], f_load(leaf->corner[c][0]),
+                                        f_load(leaf->corner[c][1]), f_load(leaf->corner[c][2])));
+        }
+        in = m_and(in, f_le(least, f_set(shaft->limit[p])));
+    }
+    return in;
+}
+
+/* Boxes between every lane's near and far plane: nothing of them is clipped, or too near. */
+static inline vm between_planes(const ss_group *g, const box *b) {
+    vf low = f_set(g->t_least), high = f_set(g->t_most);
+    for (int k = 0; k < 3; k++) {
+        const vf from = f_sub(b->low[k], f_set(g->middle[k])), to = f_sub(b->high[k], f_set(g->middle[k]));
+        const vf n = f_set(g->t_axis[k]);
+        const vf one = f_mul(from, n), two = f_mul(to, n);
+        const vf spread = f_mul(f_set(g->t_spread[k]), f_max(f_abs(from), f_abs(to)));
+        low = f_add(low, f_sub(f_min(one, two), spread));
+        high = f_add(high, f_add(f_max(one, two), spread));
+    }
+    return m_and(f_lt(f_set(g->t_safe), low), f_lt(high, f_set(g->t_beyond)));
+}
+
+/* ---- sides -------------------------------------------------------------------------------------*/
+
+/* front, back: all faces show it to all points; hidden: points and light are on one side of all faces,
+ * which are therefore in nobody's way. */
+typedef struct sides {
+    vm front, back, hidden;
+} sides;
+
+/* Where a body (middle w, half size h, relative to the faces' middles) lies to planes whose normals and
+ * offsets are in these ranges. */
+static inline void side_of(const ss_outline_node *o, const vf w[3], const float h[3], vf low, vf high,
+                           vm *front, vm *back) {
+    vf least = f_set(0), most = f_set(0), slack = f_set(0), along = f_set(0), square = f_set(0);
+    for (int k = 0; k < 3; k++) {
+        const vf a = f_load(o->normal_low[k]), b = f_load(o->normal_high[k]);
+        const vf p = f_mul(a, w[k]), q = f_mul(b, w[k]);
+        least = f_add(least, f_min(p, q)), most = f_add(most, f_max(p, q));
+        slack = f_fma(f_max(f_abs(a), f_abs(b)), f_set(h[k]), slack);
+        slack = f_fma(f_abs(w[k]), f_set(0x1p-20f), slack);
+        along = f_fma(f_load(o->axis[k]), w[k], along);
+        square = f_fma(w[k], w[k], square);
+    }
+    *front = f_lt(high, f_sub(least, slack)), *back = f_lt(f_add(most, slack), low);
+    /* The cone: n . w >= along cosine - across sine for along > 0, and likewise below. */
+    const vf rest = f_max(f_set(0), f_fnma(along, along, square));
+    const vf across = f_sqrt(f_fma(square, f_set(0x1p-20f), rest)); /* the difference is rounded */
+    const vf cosine = f_load(o->cosine), lean = f_mul(across, f_load(o->sine));
+    const vf main = f_mul(along, cosine);
+    const vm cone = f_lt(f_set(0), cosine);
+    const vm ahead = m_and(cone, f_lt(f_set(0), along)), behind = m_and(cone, f_lt(along, f_set(0)));
+    *front = m_or(*front, m_and(ahead, f_lt(high, f_sub(f_sub(main, lean), slack))));
+    *back = m_or(*back, m_and(behind, f_lt(f_add(f_add(main, lean), slack), low)));
+}
+
+static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
+    sides s;
+    vm light_front, light_back;
+    const vf low = f_load(o->offset_low), high = f_load(o->offset_high), finite = f_set(g->light_finite);
+    vf w[3], l[3];
+    for (int k = 0; k < 3; k++) {
+        const vf middle = f_load(o->middle[k]);
+        w[k] = f_sub(f_set(g->middle[k]), middle);
+        l[k] = f_fnma(middle, finite, f_set(g->light_middle[k]));
+    }
+    side_of(o, w, g->half, low, high, &s.front, &s.back);
+    const vf none = f_set(0);
+    const vm is_finite = f_lt(none, finite);
+    side_of(o, l, g->light_half, f_blend(is_finite, none, low), f_blend(is_finite, none, high),
+            &light_front, &light_back);
+    s.hidden = m_or(m_and(s.front, light_front), m_and(s.back, light_back));
+    return s;
+}
+
+static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf) {
+    vf e[3], f[3], n[3], from[3];
+    for (int k = 0; k < 3; k++) {
+        from[k] = f_load(leaf->corner[0][k]);
+        e[k] = f_sub(f_load(leaf->corner[1][k]), from[k]), f[k] = f_sub(f_load(leaf->corner[2][k]), from[k]);
+    }
+    vf at = f_set(0), slack = f_set(0), light = f_set(0), light_slack = f_set(0), size = f_set(0),
+       longest = f_set(0);
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        n[k] = f_sub(f_mul(e[i], f[j]), f_mul(e[j], f[i]));
+        const vf w = f_sub(f_set(g->middle[k]), from[k]);
+        const vf l = f_fnma(from[k], f_set(g->light_finite), f_set(g->light_middle[k]));
+        const vf a = f_abs(n[k]);
+        at = f_fma(n[k], w, at), light = f_fma(n[k], l, light);
+        slack = f_fma(a, f_set(g->half[k] + SIDE_ERROR), slack);
+        light_slack = f_fma(a, f_set(g->light_half[k] + SIDE_ERROR), light_slack);
+        size = f_add(size, a);
+        longest = f_max(longest, f_max(f_abs(e[k]), f_abs(f[k])));
+    }
+    const vf reach = f_set(0x1p-20f);
+    vf w_size = f_set(0), l_size = f_set(0);
+    for (int k = 0; k < 3; k++) {
+        w_size = f_max(w_size, f_abs(f_sub(f_set(g->middle[k]), from[k])));
+        l_size = f_max(l_size, f_abs(f_set(g->light_middle[k])));
+    }
+    slack = f_fma(f_mul(size, w_size), reach, slack);
+    light_slack = f_fma(f_mul(size, f_add(l_size, f_set(1))), reach, light_slack);
+    /* Thinner than rounding: see ss_outline_build(). */
+    const vm solid = f_lt(f_mul(longest, f_set(4 * SIDE_ERROR)), size);
+    const vm light_front = f_lt(light_slack, light), light_back = f_lt(f_add(light, light_slack), f_set(0));
+    sides s;
+    s.front = m_and(solid, f_lt(slack, at));
+    s.back = m_and(solid, f_lt(f_add(at, slack), f_set(0)));
+    s.hidden = m_or(m_and(s.front, light_front), m_and(s.back, light_back));
+    return s;
+}
+
+#endif

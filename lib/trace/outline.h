@@ -1,0 +1,40 @@
+/* The outlines of the BVH's subtrees. Seen from where all faces of a subtree show the same side, its
+ * inner edges cancel and only its boundary edges are left: a few hundred edges then stand for tens of
+ * thousands of triangles, and where subtrees meet, their boundaries cancel in turn. */
+#ifndef SS_TRACE_OUTLINE_H
+#define SS_TRACE_OUTLINE_H
+
+#include "scene/connectivity.h"
+#include "trace/bvh_node.h"
+
+#define SS_NO_USE UINT32_MAX /* of a triangle without area */
+
+/* For each child of the BVH node of the same index. A face's plane is n . (x - middle) = offset, with n
+ * the unit normal of its winding; the ranges hold for all faces below. */
+typedef struct ss_outline_node {
+    float middle[3][SS_BVH_WIDTH];
+    float normal_low[3][SS_BVH_WIDTH], normal_high[3][SS_BVH_WIDTH];
+    float offset_low[SS_BVH_WIDTH], offset_high[SS_BVH_WIDTH];
+    /* All normals n have n . axis >= cosine; cosine <= 0: no cone. */
+    float axis[3][SS_BVH_WIDTH], cosine[SS_BVH_WIDTH], sine[SS_BVH_WIDTH];
+    uint32_t first[SS_BVH_WIDTH], count[SS_BVH_WIDTH]; /* boundary uses */
+    uint32_t whole; /* a bit for each child whose boundary may stand for it, and is worth it */
+    uint32_t unused[15];
+} ss_outline_node;
+
+/* A use is edge << 1 | against: against is 1 where the face runs from the edge's end to its start. */
+typedef struct ss_outline {
+    ss_outline_node *nodes;
+    uint32_t (*leaf_uses)[3][SS_BVH_WIDTH]; /* for each leaf, [edge of face][slot] */
+    uint32_t *uses;
+    float (*ends)[8]; /* for each edge: start x y z, 0, end x y z, 0 */
+    uint32_t edge_count, use_count, use_room, node_count, leaf_count;
+} ss_outline;
+
+/* tested: per world triangle, those that no outline may stand for; NULL: none. */
+softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss_topology *topology,
+                                   const uint8_t *tested, ss_pool *pool);
+void ss_outline_destroy(ss_outline *outline);
+size_t ss_outline_bytes(const ss_outline *outline);
+
+#endif
