@@ -123,7 +123,8 @@ int cli_query(int argc, char **argv) {
          .take = take_shard,
          .given = &request.sharded,
          .help = "the I-th of N parts only, I from 0; npy and raw files\n"
-                 "are written in place, by all shards at once"},
+                 "are written in place, by all shards at once; together\n"
+                 "they are the whole bit for bit (auto: within tolerance)"},
         {.name = "resume",
          .kind = CLI_FLAG,
          .into = &request.resume,
