@@ -150,7 +150,8 @@ void ask_compare(const ask *q, const double *truth, const char *what, double rms
                  double slack) {
     double worst = 0, sum = 0, worst_over = 0;
     size_t at = 0, penumbra = 0, over = 0, at_over = 0;
-    const uint32_t kind = ask_auto(q->method) ? SOFTSHADOW_BOUND_STATISTICAL : bound_kind(q->method);
+    const uint32_t kind =
+        ask_auto(q->method) ? SOFTSHADOW_BOUND_STATISTICAL : bound_kind(q->method);
     for (size_t i = 0; i < q->count; i++) {
         const double v = q->visibility[i], e = fabs(v - truth[i]);
         CHECK(v >= 0 && v <= 1, "%s: point %zu (%.17g %.17g %.17g): %g", what, i, q->points[i][0],
@@ -167,15 +168,16 @@ void ask_compare(const ask *q, const double *truth, const char *what, double rms
     print_message("           %s: RMS %.5f, max %.5f, %zu of %zu points in penumbra, %zu beyond "
                   "their bound\n",
                   what, reached, worst, penumbra, q->count, over);
-    CHECK(over <= (kind == SOFTSHADOW_BOUND_CERTIFIED ? 0 : chance(q->count)),
-          "%s: %zu of %zu truths beyond error_bound, as point %zu (%.17g %.17g %.17g): visibility %g "
-          "+- %g, truth %.9g",
-          what, over, q->count, at_over, q->points[at_over][0], q->points[at_over][1],
-          q->points[at_over][2], q->visibility[at_over], q->bound[at_over], truth[at_over]);
+    CHECK(
+        over <= (kind == SOFTSHADOW_BOUND_CERTIFIED ? 0 : chance(q->count)),
+        "%s: %zu of %zu truths beyond error_bound, as point %zu (%.17g %.17g %.17g): visibility %g "
+        "+- %g, truth %.9g",
+        what, over, q->count, at_over, q->points[at_over][0], q->points[at_over][1],
+        q->points[at_over][2], q->visibility[at_over], q->bound[at_over], truth[at_over]);
     if (!ask_truthful(q->method)) return;
-    CHECK(worst <= max + slack, "%s: point %zu (%.17g %.17g %.17g): %g, truth %.9g, off by more than %g",
-          what, at, q->points[at][0], q->points[at][1], q->points[at][2], q->visibility[at],
-          truth[at], max);
+    CHECK(worst <= max + slack,
+          "%s: point %zu (%.17g %.17g %.17g): %g, truth %.9g, off by more than %g", what, at,
+          q->points[at][0], q->points[at][1], q->points[at][2], q->visibility[at], truth[at], max);
     CHECK(reached <= rms + slack, "%s: RMS %g over the penumbra, allowed %g", what, reached, rms);
 }
 
@@ -211,7 +213,8 @@ void ask_same_truth(const ask *a, const ask *b, const char *what) {
         if (!(excess <= most)) most = excess, worst = i;
     }
     const size_t allowed = ask_certified(a->method) ? 0 : 2 * chance(a->count);
-    CHECK(over <= allowed, "%s: %zu of %zu differ by more than their bounds, as point %zu: %g +- %g, %g +- %g",
-          what, over, a->count, worst, a->visibility[worst], a->bound[worst],
-          b->visibility[worst], b->bound[worst]);
+    CHECK(over <= allowed,
+          "%s: %zu of %zu differ by more than their bounds, as point %zu: %g +- %g, %g +- %g", what,
+          over, a->count, worst, a->visibility[worst], a->bound[worst], b->visibility[worst],
+          b->bound[worst]);
 }

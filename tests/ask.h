@@ -12,25 +12,27 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* After the others: it uses their types. */
 #include <cmocka.h>
 
 #include "scenes.h"
 
-#define CHECK(condition, ...)                                                                    \
-    do {                                                                                         \
-        if (!(condition)) {                                                                      \
-            print_error("%s:%d: %s: ", __FILE__, __LINE__, #condition);                          \
-            print_error(__VA_ARGS__);                                                            \
-            print_error("\n");                                                                   \
-            fail();                                                                              \
-        }                                                                                        \
+#define CHECK(condition, ...)                                                                      \
+    do {                                                                                           \
+        if (!(condition)) {                                                                        \
+            print_error("%s:%d: %s: ", __FILE__, __LINE__, #condition);                            \
+            print_error(__VA_ARGS__);                                                              \
+            print_error("\n");                                                                     \
+            fail();                                                                                \
+        }                                                                                          \
     } while (0)
 /* A call on `handle` that has to succeed. */
-#define OK(handle, call)                                                                         \
-    do {                                                                                         \
-        const softshadow_status ok_ = (call);                                                    \
-        CHECK(ok_ == SOFTSHADOW_OK, "%s: %s", softshadow_status_name(ok_),                       \
-              softshadow_last_message(handle));                                                  \
+#define OK(handle, call)                                                                           \
+    do {                                                                                           \
+        const softshadow_status ok_ = (call);                                                      \
+        CHECK(ok_ == SOFTSHADOW_OK, "%s: %s", softshadow_status_name(ok_),                         \
+              softshadow_last_message(handle));                                                    \
     } while (0)
 
 /* ---- The methods there are ------------------------------------------------------------------*/
@@ -56,7 +58,7 @@ typedef struct ask {
     const char *method;
     const scene_mesh *mesh; /* added as F64; NULL or empty: a scene without casters */
     softshadow_light light;
-    softshadow_build build;     /* method is filled in */
+    softshadow_build build; /* method is filled in */
     softshadow_options options;
     const double (*points)[3];
     size_t count;
@@ -81,8 +83,8 @@ softshadow_points ask_points(const double (*points)[3], size_t count);
 
 /* ---- Comparing ------------------------------------------------------------------------------*/
 
-/* The truths hold for every point: inside [0, 1], within the bound (certified: each; statistical: all
- * but one in a thousand), RMS over the points in penumbra and maximum within the tolerances.
+/* The truths hold for every point: inside [0, 1], within the bound (certified: each; statistical:
+ * all but one in a thousand), RMS over the points in penumbra and maximum within the tolerances.
  * Prints what was reached. slack: what the truth itself may be off by. */
 void ask_compare(const ask *question, const double *truth, const char *what, double rms, double max,
                  double slack);

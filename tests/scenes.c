@@ -164,8 +164,9 @@ void scene_lattice(scene_mesh *mesh, double first, double period, double hole, u
 }
 
 void scene_wall(scene_mesh *mesh, double length, double height) {
-    scene_quad(mesh, (const double[4][3]){
-                         {0, -length, 0}, {0, length, 0}, {0, length, height}, {0, -length, height}});
+    scene_quad(mesh,
+               (const double[4][3]){
+                   {0, -length, 0}, {0, length, 0}, {0, length, height}, {0, -length, height}});
 }
 
 static uint32_t midpoint(scene_mesh *mesh, uint32_t a, uint32_t b) {
@@ -213,8 +214,8 @@ static uint32_t shared_midpoint(scene_mesh *mesh, edge_table *table, uint32_t a,
 static void subdivide(scene_mesh *mesh) {
     size_t slots = 64;
     while (slots < 4 * mesh->triangles) slots *= 2;
-    edge_table table = {grown(NULL, slots * sizeof(uint64_t)), grown(NULL, slots * sizeof(uint32_t)),
-                        slots - 1};
+    edge_table table = {grown(NULL, slots * sizeof(uint64_t)),
+                        grown(NULL, slots * sizeof(uint32_t)), slots - 1};
     memset(table.key, 0, slots * sizeof(uint64_t));
     const size_t n = mesh->triangles;
     for (size_t i = 0; i < n; i++) {
@@ -246,9 +247,9 @@ static double waves(const double n[3]) {
 void scene_icosphere(scene_mesh *mesh, const double centre[3], double radius, unsigned levels,
                      double displacement) {
     static const unsigned char face[20][3] = {
-        {0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+        {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
         {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-        {3, 8, 9},  {4, 9, 5},  {2, 4, 11},  {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+        {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
     const double g = (1 + sqrt(5)) / 2;
     const double corner[12][3] = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
                                   {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},

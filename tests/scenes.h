@@ -1,5 +1,5 @@
-/* Procedural scenes, shared by the tests and the bench: meshes made from numbers, so that anybody can
- * make them again, and truths in closed form where there is one.
+/* Procedural scenes, shared by the tests and the bench: meshes made from numbers, so that anybody
+ * can make them again, and truths in closed form where there is one.
  *
  * Everything is in double; z is up, receivers lie near z = 0. Ratios are dyadic where a truth
  * depends on two edges meeting exactly. */
@@ -35,7 +35,8 @@ void scene_box(scene_mesh *mesh, const double low[3], const double high[3]);
 void scene_disk(scene_mesh *mesh, double x, double y, double height, double radius, unsigned edges);
 double scene_polygon_area(double radius, unsigned edges);
 /* The square |x|, |y| <= half in the plane z = height, without that fan. */
-void scene_holed_square(scene_mesh *mesh, double half, double height, double radius, unsigned edges);
+void scene_holed_square(scene_mesh *mesh, double half, double height, double radius,
+                        unsigned edges);
 /* `count` slats of period p, each from first + i p to first + i p + width, |y| <= length. */
 void scene_slats(scene_mesh *mesh, double first, double period, double width, unsigned count,
                  double length, double height);
@@ -46,13 +47,14 @@ void scene_lattice(scene_mesh *mesh, double first, double period, double hole, u
  * `displacement` radii of smooth noise. */
 void scene_icosphere(scene_mesh *mesh, const double centre[3], double radius, unsigned levels,
                      double displacement);
-/* `count` leaves: small quads at random places in the unit-radius crown around (0, 0, 1.5), turned at
- * random. */
+/* `count` leaves: small quads at random places in the unit-radius crown around (0, 0, 1.5), turned
+ * at random. */
 void scene_leaves(scene_mesh *mesh, unsigned count, uint64_t seed);
 /* A wall along the y axis that stands on z = 0: x = 0, |y| <= length, 0 <= z <= height. */
 void scene_wall(scene_mesh *mesh, double length, double height);
 
-/* Adds all of `more`; copies; the same with every triangle cut into four at the edges' midpoints. */
+/* Adds all of `more`; copies; the same with every triangle cut into four at the edges' midpoints.
+ */
 void scene_append(scene_mesh *mesh, const scene_mesh *more);
 scene_mesh scene_copy(const scene_mesh *mesh);
 scene_mesh scene_split(const scene_mesh *mesh);

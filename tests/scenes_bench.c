@@ -20,7 +20,8 @@ static void make_spheres(scene_mesh *mesh, unsigned levels) {
 static void make_spheres_100k(scene_mesh *mesh) { make_spheres(mesh, 5); }
 static void make_spheres_1m(scene_mesh *mesh) { make_spheres(mesh, 7); }
 
-#define CAMERA {{3.4, -3.6, 2.9}, {0, 0, 0.7}, 45, 512, 512}
+#define CAMERA                                                                                     \
+    { {3.4, -3.6, 2.9}, {0, 0, 0.7}, 45, 512, 512 }
 
 /* centre and radius: of the sphere around the casters' bounding box; tests/oracle checks that. */
 const scene_entry scene_entries[] = {

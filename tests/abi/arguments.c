@@ -1,17 +1,17 @@
-/* Every argument that can be wrong, wrong: the status is the one promised, the message names what it
- * was, outputs are set, and the handle answers as before. */
+/* Every argument that can be wrong, wrong: the status is the one promised, the message names what
+ * it was, outputs are set, and the handle answers as before. */
 #include "ask.h"
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
 /* A call that has to fail with that status and a message that contains `text`. */
-#define REFUSED(handle, status, text, call)                                                      \
-    do {                                                                                         \
-        const softshadow_status got_ = (call);                                                   \
-        CHECK(got_ == (status), "%s: \"%s\"", softshadow_status_name(got_),                      \
-              softshadow_last_message(handle));                                                  \
-        CHECK(strstr(softshadow_last_message(handle), text), "message \"%s\" lacks \"%s\"",      \
-              softshadow_last_message(handle), text);                                            \
+#define REFUSED(handle, status, text, call)                                                        \
+    do {                                                                                           \
+        const softshadow_status got_ = (call);                                                     \
+        CHECK(got_ == (status), "%s: \"%s\"", softshadow_status_name(got_),                        \
+              softshadow_last_message(handle));                                                    \
+        CHECK(strstr(softshadow_last_message(handle), text), "message \"%s\" lacks \"%s\"",        \
+              softshadow_last_message(handle), text);                                              \
     } while (0)
 
 enum { N = 16 };
@@ -65,7 +65,8 @@ static bool all_nan(const float *v, size_t n) {
     return true;
 }
 
-/* ---- NULL ---------------------------------------------------------------------------------------*/
+/* ---- NULL
+ * ---------------------------------------------------------------------------------------*/
 
 static void null_handles(void **state) {
     (void)state;
@@ -147,7 +148,8 @@ static void null_is_a_default(void **state) {
     OK(f.handle, softshadow_query_visibility(f.handle, &none, NULL));
 }
 
-/* ---- Sizes of structs ---------------------------------------------------------------------------*/
+/* ---- Sizes of structs
+ * ---------------------------------------------------------------------------*/
 
 /* A struct with a tail of 32 bytes that this library does not know. */
 typedef union grown {
@@ -171,15 +173,34 @@ enum { OPTIONS, MESH, LIGHT, BUILD, POINTS, ERROR, STATS, METHOD, REPORT, EXPLAN
 static uint32_t fill(grown *g, int which) {
     memset(g, 0, sizeof *g);
     switch (which) {
-    case OPTIONS: g->options = (softshadow_options)SOFTSHADOW_OPTIONS_INIT; break;
-    case MESH: g->mesh = ask_mesh(&f.mesh); break;
-    case LIGHT: g->light = f.light; break;
-    case BUILD: g->build = (softshadow_build)SOFTSHADOW_BUILD_INIT; break;
-    case POINTS: g->points = f.batch; break;
-    case ERROR: g->error = (softshadow_error)SOFTSHADOW_ERROR_INIT; g->error.samples = 64; break;
-    case STATS: g->stats = (softshadow_stats)SOFTSHADOW_STATS_INIT; break;
-    case METHOD: g->method = (softshadow_method)SOFTSHADOW_METHOD_INIT; break;
-    case REPORT: g->report = (softshadow_mesh_report)SOFTSHADOW_MESH_REPORT_INIT; break;
+    case OPTIONS:
+        g->options = (softshadow_options)SOFTSHADOW_OPTIONS_INIT;
+        break;
+    case MESH:
+        g->mesh = ask_mesh(&f.mesh);
+        break;
+    case LIGHT:
+        g->light = f.light;
+        break;
+    case BUILD:
+        g->build = (softshadow_build)SOFTSHADOW_BUILD_INIT;
+        break;
+    case POINTS:
+        g->points = f.batch;
+        break;
+    case ERROR:
+        g->error = (softshadow_error)SOFTSHADOW_ERROR_INIT;
+        g->error.samples = 64;
+        break;
+    case STATS:
+        g->stats = (softshadow_stats)SOFTSHADOW_STATS_INIT;
+        break;
+    case METHOD:
+        g->method = (softshadow_method)SOFTSHADOW_METHOD_INIT;
+        break;
+    case REPORT:
+        g->report = (softshadow_mesh_report)SOFTSHADOW_MESH_REPORT_INIT;
+        break;
     default:
         g->explanation = (softshadow_explanation)SOFTSHADOW_EXPLANATION_INIT;
         g->explanation.size = 8;
@@ -197,22 +218,32 @@ static softshadow_status pass(grown *g, int which) {
         CHECK((other != NULL) == (status == SOFTSHADOW_OK), "out is NULL on errors");
         softshadow_destroy(other);
         return status;
-    case MESH: return softshadow_update_mesh(h, 0, &g->mesh);
-    case LIGHT: return softshadow_set_light(h, &g->light);
-    case BUILD: return softshadow_build_maps(h, &g->build);
-    case POINTS: return softshadow_query_visibility(h, &g->points, v);
-    case ERROR: return softshadow_measure_error(h, &f.batch, &g->error);
-    case STATS: return softshadow_get_stats(h, &g->stats);
-    case METHOD: return softshadow_method_info(0, &g->method);
-    case REPORT: return softshadow_mesh_info(h, 0, &g->report);
-    default: return softshadow_explain(h, &g->explanation);
+    case MESH:
+        return softshadow_update_mesh(h, 0, &g->mesh);
+    case LIGHT:
+        return softshadow_set_light(h, &g->light);
+    case BUILD:
+        return softshadow_build_maps(h, &g->build);
+    case POINTS:
+        return softshadow_query_visibility(h, &g->points, v);
+    case ERROR:
+        return softshadow_measure_error(h, &f.batch, &g->error);
+    case STATS:
+        return softshadow_get_stats(h, &g->stats);
+    case METHOD:
+        return softshadow_method_info(0, &g->method);
+    case REPORT:
+        return softshadow_mesh_info(h, 0, &g->report);
+    default:
+        return softshadow_explain(h, &g->explanation);
     }
 }
 
 static void struct_sizes(void **state) {
     (void)state;
-    static const char *const name[STRUCTS] = {"options", "mesh",  "light",  "build",  "points",
-                                              "error",   "stats", "method", "report", "explanation"};
+    static const char *const name[STRUCTS] = {"options", "mesh",       "light", "build",
+                                              "points",  "error",      "stats", "method",
+                                              "report",  "explanation"};
     for (int i = 0; i < STRUCTS; i++) {
         grown g;
         const uint32_t size = fill(&g, i);
@@ -230,10 +261,12 @@ static void struct_sizes(void **state) {
         fill(&g, i);
         g.struct_size = size + 32;
         softshadow_status status = pass(&g, i);
-        CHECK(status == SOFTSHADOW_OK, "%s with a zero tail: %s", name[i], softshadow_last_message(owner));
+        CHECK(status == SOFTSHADOW_OK, "%s with a zero tail: %s", name[i],
+              softshadow_last_message(owner));
         CHECK(g.struct_size == size + 32, "%s: struct_size %u was changed", name[i], g.struct_size);
         for (uint32_t k = size; k < size + 32; k++) {
-            CHECK(g.bytes[k] == 0, "%s: byte %u beyond what the library knows was written", name[i], k);
+            CHECK(g.bytes[k] == 0, "%s: byte %u beyond what the library knows was written", name[i],
+                  k);
         }
         /* What the library only writes has no tail to understand; what it reads has. */
         if (i == STATS || i == METHOD || i == REPORT) continue;
@@ -253,33 +286,44 @@ static void struct_sizes(void **state) {
 static void sizes_of_1_0(void **state) {
     (void)state;
     if (sizeof(void *) != 8) skip();
-    CHECK(sizeof(softshadow_options) >= 40 && offsetof(softshadow_options, threads) == 4, "options");
+    CHECK(sizeof(softshadow_options) >= 40 && offsetof(softshadow_options, threads) == 4,
+          "options");
     CHECK(sizeof(softshadow_points) >= offsetof(softshadow_points, error_bound) + 8, "points");
     CHECK(SOFTSHADOW_OK == 0 && SOFTSHADOW_E_ARGUMENT == -1 && SOFTSHADOW_E_STATE == -2 &&
               SOFTSHADOW_E_MESH == -3 && SOFTSHADOW_E_LIGHT == -4 && SOFTSHADOW_E_MEMORY == -5 &&
               SOFTSHADOW_E_UNSUPPORTED == -6 && SOFTSHADOW_E_CANCELLED == -7 &&
               SOFTSHADOW_E_BACKEND == -8 && SOFTSHADOW_E_INTERNAL == -9,
           "status numbers");
-    CHECK(SOFTSHADOW_SPHERE == 0 && SOFTSHADOW_DISK == 1 && SOFTSHADOW_RECT == 2 && SOFTSHADOW_SUN == 3,
+    CHECK(SOFTSHADOW_SPHERE == 0 && SOFTSHADOW_DISK == 1 && SOFTSHADOW_RECT == 2 &&
+              SOFTSHADOW_SUN == 3,
           "light types");
     CHECK(SOFTSHADOW_CASTS == 1 && SOFTSHADOW_RECEIVES == 2 && SOFTSHADOW_BORROW == 4, "flags");
 }
 
-/* ---- Numbers ------------------------------------------------------------------------------------*/
+/* ---- Numbers
+ * ------------------------------------------------------------------------------------*/
 
 static void strides_and_overflow(void **state) {
     (void)state;
-    static const size_t count[] = {2, (size_t)1 << 31, ((size_t)1 << 31) + 1, ((size_t)1 << 32) + 1,
-                                   (size_t)1 << 60, SIZE_MAX / 24, SIZE_MAX / 12, SIZE_MAX};
+    static const size_t count[] = {2,
+                                   (size_t)1 << 31,
+                                   ((size_t)1 << 31) + 1,
+                                   ((size_t)1 << 32) + 1,
+                                   (size_t)1 << 60,
+                                   SIZE_MAX / 24,
+                                   SIZE_MAX / 12,
+                                   SIZE_MAX};
     static const size_t stride[] = {(size_t)1 << 32, SIZE_MAX / 2, SIZE_MAX - 11, SIZE_MAX};
     float v[N];
     for (size_t i = 0; i < COUNT(count); i++) {
         for (size_t k = 0; k < COUNT(stride); k++) {
             size_t bytes;
-            if (!__builtin_mul_overflow(count[i], stride[k], &bytes) && bytes <= PTRDIFF_MAX) continue;
+            if (!__builtin_mul_overflow(count[i], stride[k], &bytes) && bytes <= PTRDIFF_MAX)
+                continue;
             softshadow_points batch = f.batch;
             batch.count = count[i], batch.position_stride = stride[k];
-            /* Too many to be set to NaN: the array could not exist. Where it could, N are at hand. */
+            /* Too many to be set to NaN: the array could not exist. Where it could, N are at hand.
+             */
             if (count[i] > 2 && count[i] <= PTRDIFF_MAX / sizeof(float)) continue;
             REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "positions",
                     softshadow_query_visibility(f.handle, &batch, v));
@@ -292,17 +336,21 @@ static void strides_and_overflow(void **state) {
     for (size_t i = 3; i < COUNT(count); i++) {
         softshadow_mesh mesh = ask_mesh(&f.mesh);
         mesh.triangle_count = count[i];
-        CHECK(softshadow_add_mesh(f.handle, &mesh, NULL) == SOFTSHADOW_E_ARGUMENT, "%zu triangles", count[i]);
+        CHECK(softshadow_add_mesh(f.handle, &mesh, NULL) == SOFTSHADOW_E_ARGUMENT, "%zu triangles",
+              count[i]);
     }
     softshadow_points batch = f.batch;
     batch.position_stride = 23;
-    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "stride", softshadow_query_visibility(f.handle, &batch, v));
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "stride",
+            softshadow_query_visibility(f.handle, &batch, v));
     batch = f.batch;
     batch.normals = v, batch.normal_stride = 11;
-    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "stride", softshadow_query_visibility(f.handle, &batch, v));
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "stride",
+            softshadow_query_visibility(f.handle, &batch, v));
     batch = f.batch;
     batch.width = 5;
-    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "width", softshadow_query_visibility(f.handle, &batch, v));
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "width",
+            softshadow_query_visibility(f.handle, &batch, v));
     batch.width = 8;
     OK(f.handle, softshadow_query_visibility(f.handle, &batch, v));
     unharmed();
@@ -343,21 +391,26 @@ static void enums_out_of_range(void **state) {
         REFUSED(h, SOFTSHADOW_E_ARGUMENT, "flags", softshadow_add_mesh(h, &mesh, NULL));
         softshadow_points batch = f.batch;
         batch.position_type = wrong[i];
-        REFUSED(h, SOFTSHADOW_E_ARGUMENT, "position_type", softshadow_query_visibility(h, &batch, v));
+        REFUSED(h, SOFTSHADOW_E_ARGUMENT, "position_type",
+                softshadow_query_visibility(h, &batch, v));
         batch = f.batch;
         batch.light = wrong[i];
         REFUSED(h, SOFTSHADOW_E_ARGUMENT, "light", softshadow_query_visibility(h, &batch, v));
         softshadow_light light = f.light;
         light.type = wrong[i];
         const softshadow_status status = softshadow_set_light(h, &light);
-        CHECK(status == SOFTSHADOW_E_ARGUMENT || status == SOFTSHADOW_E_LIGHT, "%s", softshadow_status_name(status));
+        CHECK(status == SOFTSHADOW_E_ARGUMENT || status == SOFTSHADOW_E_LIGHT, "%s",
+              softshadow_status_name(status));
     }
     unharmed(); /* builds come last: a failed one leaves nothing built */
     for (size_t i = 0; i < COUNT(wrong); i++) {
         for (int field = 0; field < 3; field++) {
             softshadow_build build = SOFTSHADOW_BUILD_INIT;
-            *(field == 0 ? &build.backend : field == 1 ? &build.falloff : &build.weighting) = wrong[i];
-            REFUSED(h, SOFTSHADOW_E_ARGUMENT, ((const char *[]){"backend", "falloff", "weighting"})[field],
+            *(field == 0   ? &build.backend
+              : field == 1 ? &build.falloff
+                           : &build.weighting) = wrong[i];
+            REFUSED(h, SOFTSHADOW_E_ARGUMENT,
+                    ((const char *[]){"backend", "falloff", "weighting"})[field],
                     softshadow_build_maps(h, &build));
         }
     }
@@ -399,12 +452,14 @@ static void unknown_methods_and_backends(void **state) {
     (void)state;
     softshadow_build build = SOFTSHADOW_BUILD_INIT;
     build.method = "no-such-method";
-    REFUSED(f.handle, SOFTSHADOW_E_UNSUPPORTED, "no-such-method", softshadow_build_maps(f.handle, &build));
+    REFUSED(f.handle, SOFTSHADOW_E_UNSUPPORTED, "no-such-method",
+            softshadow_build_maps(f.handle, &build));
     build.method = "";
     REFUSED(f.handle, SOFTSHADOW_E_UNSUPPORTED, "method", softshadow_build_maps(f.handle, &build));
     build.method = NULL, build.backend = SOFTSHADOW_EGL;
     const softshadow_status status = softshadow_build_maps(f.handle, &build);
-    CHECK(status == SOFTSHADOW_E_UNSUPPORTED || status == SOFTSHADOW_E_BACKEND, "%s", softshadow_status_name(status));
+    CHECK(status == SOFTSHADOW_E_UNSUPPORTED || status == SOFTSHADOW_E_BACKEND, "%s",
+          softshadow_status_name(status));
     CHECK(*softshadow_last_message(f.handle), "a message");
     build.backend = SOFTSHADOW_ANY;
     OK(f.handle, softshadow_build_maps(f.handle, &build));
@@ -413,7 +468,8 @@ static void unknown_methods_and_backends(void **state) {
     unharmed();
 }
 
-/* ---- Meshes and lights ----------------------------------------------------------------------------*/
+/* ---- Meshes and lights
+ * ----------------------------------------------------------------------------*/
 
 static void bad_vertices_and_indices(void **state) {
     (void)state;
@@ -437,7 +493,8 @@ static void bad_vertices_and_indices(void **state) {
         REFUSED(f.handle, SOFTSHADOW_E_MESH, "77", softshadow_update_mesh(f.handle, 0, &mesh));
         big.indices[3 * 77 + i] = kept;
     }
-    const double matrix[12] = {1, 0, 0, NAN, 0, 1, 0, 0, 0, 0, 1, 0}, huge[12] = {1e15, 0, 0, 0, 0, 1e15, 0, 0, 0, 0, 1e15, 0};
+    const double matrix[12] = {1, 0, 0, NAN, 0, 1, 0, 0, 0, 0, 1, 0},
+                 huge[12] = {1e15, 0, 0, 0, 0, 1e15, 0, 0, 0, 0, 1e15, 0};
     mesh.transform = matrix;
     CHECK(softshadow_add_mesh(f.handle, &mesh, NULL) < 0, "a transform that is not finite");
     mesh.transform = huge;
@@ -446,7 +503,8 @@ static void bad_vertices_and_indices(void **state) {
     softshadow_mesh_report report = SOFTSHADOW_MESH_REPORT_INIT;
     REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "mesh", softshadow_remove_mesh(f.handle, 1));
     REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "mesh", softshadow_mesh_info(f.handle, 99, &report));
-    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "mesh", softshadow_update_mesh(f.handle, UINT32_MAX, &mesh));
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "mesh",
+            softshadow_update_mesh(f.handle, UINT32_MAX, &mesh));
     unharmed();
     scene_free(&big);
 }
@@ -465,18 +523,21 @@ static void bad_lights(void **state) {
     bad[n++] = scene_sun_light(0, 0, 0, 0.1);
     bad[n++] = scene_sun_light(0, 0, -1, 1.5); /* over 80 degrees */
     bad[n++] = scene_sun_light(0, 0, -1, -0.1);
-    bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].v[0] = 1e-5; /* skewed */
+    bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].v[0] = 1e-5;      /* skewed */
     bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].direction[0] = 1; /* not along u x v */
     bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].u[2] = NAN;
-    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = profile, bad[n++].profile_count = 3;
-    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = negative, bad[n++].profile_count = 2;
+    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = profile,
+    bad[n++].profile_count = 3;
+    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = negative,
+    bad[n++].profile_count = 2;
     for (size_t i = 0; i < n; i++) {
         uint32_t id = 7;
         softshadow_status status = softshadow_set_light(f.handle, &bad[i]);
         CHECK(status == SOFTSHADOW_E_LIGHT, "light %zu: %s", i, softshadow_status_name(status));
         CHECK(*softshadow_last_message(f.handle), "light %zu: a message", i);
         status = softshadow_add_light(f.handle, &bad[i], &id);
-        CHECK(status == SOFTSHADOW_E_LIGHT && id == UINT32_MAX, "light %zu: %s", i, softshadow_status_name(status));
+        CHECK(status == SOFTSHADOW_E_LIGHT && id == UINT32_MAX, "light %zu: %s", i,
+              softshadow_status_name(status));
     }
     unharmed();
     softshadow_light fine = scene_rect_light(0, 0, 5, 1, 1);
@@ -485,38 +546,58 @@ static void bad_lights(void **state) {
     OK(f.handle, softshadow_set_light(f.handle, &fine));
 }
 
-/* ---- Names ------------------------------------------------------------------------------------------*/
+/* ---- Names
+ * ------------------------------------------------------------------------------------------*/
 
 static void names_and_versions(void **state) {
     (void)state;
-    static const char *const name[] = {
-        "SOFTSHADOW_OK", "SOFTSHADOW_E_ARGUMENT", "SOFTSHADOW_E_STATE", "SOFTSHADOW_E_MESH",
-        "SOFTSHADOW_E_LIGHT", "SOFTSHADOW_E_MEMORY", "SOFTSHADOW_E_UNSUPPORTED",
-        "SOFTSHADOW_E_CANCELLED", "SOFTSHADOW_E_BACKEND", "SOFTSHADOW_E_INTERNAL"};
+    static const char *const name[] = {"SOFTSHADOW_OK",
+                                       "SOFTSHADOW_E_ARGUMENT",
+                                       "SOFTSHADOW_E_STATE",
+                                       "SOFTSHADOW_E_MESH",
+                                       "SOFTSHADOW_E_LIGHT",
+                                       "SOFTSHADOW_E_MEMORY",
+                                       "SOFTSHADOW_E_UNSUPPORTED",
+                                       "SOFTSHADOW_E_CANCELLED",
+                                       "SOFTSHADOW_E_BACKEND",
+                                       "SOFTSHADOW_E_INTERNAL"};
     for (int i = 0; i < 10; i++) assert_string_equal(softshadow_status_name(-i), name[i]);
     static const softshadow_status none[] = {1, -10, INT32_MIN, INT32_MAX};
-    for (size_t i = 0; i < COUNT(none); i++) assert_string_equal(softshadow_status_name(none[i]), "unknown status");
+    for (size_t i = 0; i < COUNT(none); i++)
+        assert_string_equal(softshadow_status_name(none[i]), "unknown status");
     assert_int_equal(softshadow_version(), SOFTSHADOW_VERSION);
     char text[32];
-    snprintf(text, sizeof text, "%u.%u.%u", SOFTSHADOW_VERSION / 10000, SOFTSHADOW_VERSION / 100 % 100,
-             SOFTSHADOW_VERSION % 100);
+    snprintf(text, sizeof text, "%u.%u.%u", SOFTSHADOW_VERSION / 10000,
+             SOFTSHADOW_VERSION / 100 % 100, SOFTSHADOW_VERSION % 100);
     assert_string_equal(softshadow_version_string(), text);
     size_t n;
     const softshadow_method *list = ask_methods(&n);
     for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < i; k++) CHECK(strcmp(list[i].name, list[k].name), "%s twice", list[i].name);
-        CHECK(!(list[i].lights_native & list[i].lights_approximated), "%s: a light both native and not", list[i].name);
-        CHECK(!list[i].title || (*list[i].title && !strchr(list[i].title, '\n')), "%s: title", list[i].name);
+        for (size_t k = 0; k < i; k++)
+            CHECK(strcmp(list[i].name, list[k].name), "%s twice", list[i].name);
+        CHECK(!(list[i].lights_native & list[i].lights_approximated),
+              "%s: a light both native and not", list[i].name);
+        CHECK(!list[i].title || (*list[i].title && !strchr(list[i].title, '\n')), "%s: title",
+              list[i].name);
     }
 }
 
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
     const struct CMUnitTest tests[] = {
-        TEST(null_handles), TEST(null_arguments), TEST(null_is_a_default), TEST(struct_sizes),
-        TEST(sizes_of_1_0), TEST(strides_and_overflow), TEST(odd_strides), TEST(enums_out_of_range),
-        TEST(numbers_out_of_range), TEST(unknown_methods_and_backends), TEST(bad_vertices_and_indices),
-        TEST(bad_lights), TEST(names_and_versions),
+        TEST(null_handles),
+        TEST(null_arguments),
+        TEST(null_is_a_default),
+        TEST(struct_sizes),
+        TEST(sizes_of_1_0),
+        TEST(strides_and_overflow),
+        TEST(odd_strides),
+        TEST(enums_out_of_range),
+        TEST(numbers_out_of_range),
+        TEST(unknown_methods_and_backends),
+        TEST(bad_vertices_and_indices),
+        TEST(bad_lights),
+        TEST(names_and_versions),
     };
     return cmocka_run_group_tests_name("arguments", tests, NULL, NULL);
 }

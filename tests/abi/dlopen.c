@@ -70,7 +70,8 @@ static void cycle(const char *path) {
             memcpy(first[which], v, sizeof v);
             plain_plausible(v, names[which]);
         }
-        REQUIRE(memcmp(first[which], v, sizeof v) == 0, "round %d: %s answers otherwise", round, names[which]);
+        REQUIRE(memcmp(first[which], v, sizeof v) == 0, "round %d: %s answers otherwise", round,
+                names[which]);
         REQUIRE(dlclose(library) == 0, "%s", dlerror());
         if (round == 19) resident = resident_kib(), threads = thread_count();
     }

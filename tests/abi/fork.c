@@ -1,5 +1,5 @@
-/* fork(): the child may not use the parent's handle and is told so; it can make a handle of its own and
- * gets the same bits, where the method does not trace rays; the parent is none the wiser. */
+/* fork(): the child may not use the parent's handle and is told so; it can make a handle of its own
+ * and gets the same bits, where the method does not trace rays; the parent is none the wiser. */
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -61,8 +61,8 @@ static void try_method(const char *method) {
         REQUIRE(waitpid(pid, &status, 0) == pid, "waitpid");
         REQUIRE(WIFEXITED(status), "%s: the child died of signal %d", method, WTERMSIG(status));
         REQUIRE(WEXITSTATUS(status) == 0, "%s: step %d of the child", method, WEXITSTATUS(status));
-        REQUIRE(plain_ask(&api, handle, method, after) == SOFTSHADOW_OK, "%s, in the parent: %s", method,
-                softshadow_last_message(handle));
+        REQUIRE(plain_ask(&api, handle, method, after) == SOFTSHADOW_OK, "%s, in the parent: %s",
+                method, softshadow_last_message(handle));
         REQUIRE(memcmp(want, after, sizeof want) == 0, "%s: the parent answers otherwise", method);
     }
     softshadow_destroy(handle);

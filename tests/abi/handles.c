@@ -1,5 +1,5 @@
-/* The life of a handle: order of calls, staleness, refusals, cancelling, messages, threads that query
- * and threads that change. Runs with every method. */
+/* The life of a handle: order of calls, staleness, refusals, cancelling, messages, threads that
+ * query and threads that change. Runs with every method. */
 #include <pthread.h>
 #include <semaphore.h>
 
@@ -17,7 +17,8 @@ static scene_mesh thing(void) {
 static ask question(const char *method, const scene_mesh *mesh) {
     static double points[N][3];
     scene_grid(points, 64, -2, 2, -2, 2, 0);
-    return ask_new(method, mesh, scene_sphere_light(0.2, 0.1, 6, 1), (const double(*)[3])points, N, SAMPLES);
+    return ask_new(method, mesh, scene_sphere_light(0.2, 0.1, 6, 1), (const double(*)[3])points, N,
+                   SAMPLES);
 }
 
 static softshadow_status try_query(softshadow *handle, const ask *q, float *v) {
@@ -172,7 +173,8 @@ static void cancelling_at_every_call(void **state) {
         w.over = true;
         CHECK(!w.wrong, "call %d: progress ran twice at once, out of range, or after the call", k);
         if (w.calls < k) continue; /* another schedule, fewer calls */
-        CHECK(status == SOFTSHADOW_E_CANCELLED, "stopped at call %d: %s", k, softshadow_status_name(status));
+        CHECK(status == SOFTSHADOW_E_CANCELLED, "stopped at call %d: %s", k,
+              softshadow_status_name(status));
         w = (watch){0};
         OK(handle, softshadow_build_maps(handle, &build));
         OK(handle, try_query(handle, &q, v));
@@ -188,7 +190,8 @@ static void cancelling_at_every_call(void **state) {
     scene_free(&mesh);
 }
 
-/* ---- Threads ------------------------------------------------------------------------------------*/
+/* ---- Threads
+ * ------------------------------------------------------------------------------------*/
 
 typedef struct reader {
     softshadow *handle;
@@ -201,8 +204,10 @@ static void *read_often(void *argument) {
     reader *r = argument;
     float *v = calloc(N, sizeof *v);
     for (int i = 0; i < 5; i++) {
-        if (try_query(r->handle, r->q, v) != SOFTSHADOW_OK) r->wrong++;
-        else if (memcmp(v, r->q->visibility, N * sizeof *v) != 0) r->wrong++;
+        if (try_query(r->handle, r->q, v) != SOFTSHADOW_OK)
+            r->wrong++;
+        else if (memcmp(v, r->q->visibility, N * sizeof *v) != 0)
+            r->wrong++;
         softshadow_stats stats = SOFTSHADOW_STATS_INIT;
         if (softshadow_get_stats(r->handle, &stats) != SOFTSHADOW_OK) r->wrong++;
     }
@@ -305,15 +310,18 @@ static void changing_during_a_query(void **state) {
     const softshadow_mesh given = ask_mesh(&mesh);
     softshadow_build build = q.build;
     build.method = *state;
-    const softshadow_status answer[] = {
-        softshadow_add_mesh(handle, &given, NULL), softshadow_update_mesh(handle, 0, &given),
-        softshadow_remove_mesh(handle, 0), softshadow_set_light(handle, &q.light),
-        softshadow_add_light(handle, &q.light, NULL), softshadow_build_maps(handle, &build)};
+    const softshadow_status answer[] = {softshadow_add_mesh(handle, &given, NULL),
+                                        softshadow_update_mesh(handle, 0, &given),
+                                        softshadow_remove_mesh(handle, 0),
+                                        softshadow_set_light(handle, &q.light),
+                                        softshadow_add_light(handle, &q.light, NULL),
+                                        softshadow_build_maps(handle, &build)};
     const bool told = *softshadow_last_message(handle) != '\0';
     sem_post(&g.leave);
     pthread_join(r.thread, NULL);
     for (int i = 0; i < 6; i++) {
-        CHECK(answer[i] == SOFTSHADOW_E_STATE, "change %d during a query: %s", i, softshadow_status_name(answer[i]));
+        CHECK(answer[i] == SOFTSHADOW_E_STATE, "change %d during a query: %s", i,
+              softshadow_status_name(answer[i]));
     }
     CHECK(told, "a message says why");
     CHECK(r.wrong == SOFTSHADOW_OK, "the query: %s", softshadow_status_name(r.wrong));
@@ -325,11 +333,13 @@ static void changing_during_a_query(void **state) {
     sem_destroy(&g.entered), sem_destroy(&g.leave);
 }
 
-/* ---- Messages -----------------------------------------------------------------------------------*/
+/* ---- Messages
+ * -----------------------------------------------------------------------------------*/
 
 static void *another_message(void *argument) {
     softshadow *handle = argument;
-    if (*softshadow_last_message(handle)) return (void *)"another thread sees this thread's message";
+    if (*softshadow_last_message(handle))
+        return (void *)"another thread sees this thread's message";
     if (softshadow_remove_mesh(handle, 4711) != SOFTSHADOW_E_ARGUMENT) return (void *)"status";
     if (!strstr(softshadow_last_message(handle), "4711")) return (void *)"its own message";
     return NULL;
@@ -338,7 +348,8 @@ static void *another_message(void *argument) {
 static int logged;
 
 static void count_log(void *user, int level, const char *text) {
-    CHECK(user == &logged && level >= 0 && level <= 2 && text && *text && !strchr(text, '\n'), "log");
+    CHECK(user == &logged && level >= 0 && level <= 2 && text && *text && !strchr(text, '\n'),
+          "log");
     logged++;
 }
 
@@ -357,7 +368,8 @@ static void messages_belong_to_threads(void **state) {
     CHECK(pthread_create(&thread, NULL, another_message, handle) == 0, "pthread_create");
     pthread_join(thread, &wrong);
     CHECK(!wrong, "%s", (const char *)wrong);
-    CHECK(strstr(softshadow_last_message(handle), "123"), "\"%s\"", softshadow_last_message(handle));
+    CHECK(strstr(softshadow_last_message(handle), "123"), "\"%s\"",
+          softshadow_last_message(handle));
     CHECK(*softshadow_last_message(second) == '\0', "another handle's message");
     const softshadow_light light = scene_sphere_light(0, 0, 1, 0.1);
     OK(handle, softshadow_set_light(handle, &light));

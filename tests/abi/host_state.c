@@ -1,5 +1,6 @@
 /* What belongs to the host: rounding mode, traps, flushed denormals, locale, working directory,
- * signal handlers, output. The library finds it in any state, gives the same bits, and leaves it. */
+ * signal handlers, output. The library finds it in any state, gives the same bits, and leaves it.
+ */
 #define _GNU_SOURCE /* feenableexcept */
 #include <fcntl.h>
 #include <fenv.h>
@@ -21,7 +22,8 @@ static void same(const char *method, const char *when) {
     REQUIRE(memcmp(want, got, sizeof want) == 0, "%s answers otherwise with %s", method, when);
 }
 
-/* ---- The floating-point environment -------------------------------------------------------------*/
+/* ---- The floating-point environment
+ * -------------------------------------------------------------*/
 
 typedef struct mode {
     int rounding, traps;
@@ -42,7 +44,8 @@ static void floating_point(const char *method) {
         fenv_t before;
         fegetenv(&before);
         fesetround(rounding[i < 4 ? i : 3]);
-        if (i == 4) feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW | FE_UNDERFLOW | FE_INEXACT);
+        if (i == 4)
+            feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW | FE_UNDERFLOW | FE_INEXACT);
 #if defined(__x86_64__)
         if (i == 5) _mm_setcsr(_mm_getcsr() | 0x8040u); /* flush, and take denormals for zero */
 #endif
@@ -50,9 +53,10 @@ static void floating_point(const char *method) {
         plain_run(&api, method, got);
         const mode after = current();
         fesetenv(&before);
-        REQUIRE(mine.rounding == after.rounding && mine.traps == after.traps && mine.mxcsr == after.mxcsr,
-                "%s, mode %d: rounding %d -> %d, traps %d -> %d, MXCSR %x -> %x", method, i, mine.rounding,
-                after.rounding, mine.traps, after.traps, mine.mxcsr, after.mxcsr);
+        REQUIRE(mine.rounding == after.rounding && mine.traps == after.traps &&
+                    mine.mxcsr == after.mxcsr,
+                "%s, mode %d: rounding %d -> %d, traps %d -> %d, MXCSR %x -> %x", method, i,
+                mine.rounding, after.rounding, mine.traps, after.traps, mine.mxcsr, after.mxcsr);
         char when[32];
         snprintf(when, sizeof when, "floating-point mode %d", i);
         same(method, when);
@@ -74,7 +78,8 @@ static void refused_calls(void) {
     const mode after = current();
     fedisableexcept(FE_ALL_EXCEPT);
     fesetround(FE_TONEAREST);
-    REQUIRE(mine.rounding == after.rounding && mine.traps == after.traps && mine.mxcsr == after.mxcsr,
+    REQUIRE(mine.rounding == after.rounding && mine.traps == after.traps &&
+                mine.mxcsr == after.mxcsr,
             "a refused call changes the floating-point mode");
 }
 
@@ -94,7 +99,8 @@ static void *odd_thread(void *argument) {
     return (void *)(uintptr_t)(mine.rounding != after.rounding || mine.mxcsr != after.mxcsr);
 }
 
-static void on_an_odd_thread(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t), void *ctx) {
+static void on_an_odd_thread(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t),
+                             void *ctx) {
     (void)user;
     lent l = {body, ctx, n};
     pthread_t thread;
@@ -109,13 +115,14 @@ static void lent_threads(const char *method) {
     options.parallel = on_an_odd_thread, options.threads = 2;
     softshadow *handle = NULL;
     REQUIRE(plain_scene(&api, &handle, &options) == SOFTSHADOW_OK, "scene");
-    REQUIRE(plain_ask(&api, handle, method, got) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
+    REQUIRE(plain_ask(&api, handle, method, got) == SOFTSHADOW_OK, "%s",
+            softshadow_last_message(handle));
     softshadow_destroy(handle);
     same(method, "a host's threads that round upwards");
 }
 
-/* A host with small stacks. Embree's packets of 16 take 60 KiB by themselves (measured); without rays
- * 64 KiB have to do. */
+/* A host with small stacks. Embree's packets of 16 take 60 KiB by themselves (measured); without
+ * rays 64 KiB have to do. */
 static void *run_small(void *method) {
     plain_run(&api, method, got);
     return NULL;
@@ -127,13 +134,15 @@ static void small_stacks(const char *method) {
     pthread_attr_init(&attributes);
     const int rays = strcmp(method, "raytrace") == 0 || strcmp(method, "auto") == 0;
     pthread_attr_setstacksize(&attributes, (size_t)(rays ? 128 : 64) << 10);
-    REQUIRE(pthread_create(&thread, &attributes, run_small, (void *)(uintptr_t)method) == 0, "pthread_create");
+    REQUIRE(pthread_create(&thread, &attributes, run_small, (void *)(uintptr_t)method) == 0,
+            "pthread_create");
     pthread_join(thread, NULL);
     pthread_attr_destroy(&attributes);
     same(method, "a small stack");
 }
 
-/* ---- Everything else ----------------------------------------------------------------------------*/
+/* ---- Everything else
+ * ----------------------------------------------------------------------------*/
 
 /* 0: there is such a locale and decimals have commas. */
 static int comma_locale(void) {
@@ -147,7 +156,8 @@ static void signals_and_folders(const char *method) {
     for (int i = 1; i < 32; i++) sigaction(i, NULL, &before[i]);
     REQUIRE(getcwd(folder[0], sizeof *folder), "getcwd");
     plain_run(&api, method, got);
-    REQUIRE(getcwd(folder[1], sizeof *folder) && strcmp(folder[0], folder[1]) == 0, "working directory");
+    REQUIRE(getcwd(folder[1], sizeof *folder) && strcmp(folder[0], folder[1]) == 0,
+            "working directory");
     for (int i = 1; i < 32; i++) {
         sigaction(i, NULL, &after);
         REQUIRE(before[i].sa_handler == after.sa_handler && before[i].sa_flags == after.sa_flags,
@@ -187,7 +197,8 @@ int main(void) {
         plain_plausible(want, names[i]);
         floating_point(names[i]);
         lent_threads(names[i]);
-        if (!plain_sanitized("small stacks: instrumented frames are larger")) small_stacks(names[i]);
+        if (!plain_sanitized("small stacks: instrumented frames are larger"))
+            small_stacks(names[i]);
         signals_and_folders(names[i]);
         silence(names[i]);
         if (comma) continue;
@@ -197,6 +208,7 @@ int main(void) {
         setlocale(LC_ALL, "C");
         same(names[i], "a comma locale");
     }
-    printf("%u methods leave the host as it was%s\n", n, comma ? "; NO COMMA LOCALE on this machine" : "");
+    printf("%u methods leave the host as it was%s\n", n,
+           comma ? "; NO COMMA LOCALE on this machine" : "");
     return comma && getenv("LOCPATH") ? 1 : 0;
 }

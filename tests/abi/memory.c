@@ -1,8 +1,8 @@
-/* Memory runs out once, at every single place where the library asks for it: the call answers E_MEMORY,
- * or does without; nothing crashes or leaks; and the handle then gives the right bits.
+/* Memory runs out once, at every single place where the library asks for it: the call answers
+ * E_MEMORY, or does without; nothing crashes or leaks; and the handle then gives the right bits.
  *
- * This program's own malloc and operator new stand before the C library's. They count, and fail, only
- * calls that come from libsoftshadow's text; what Embree and TBB ask for is theirs. */
+ * This program's own malloc and operator new stand before the C library's. They count, and fail,
+ * only calls that come from libsoftshadow's text; what Embree and TBB ask for is theirs. */
 #define _GNU_SOURCE /* RTLD_NEXT, dl_iterate_phdr */
 #include <dlfcn.h>
 #include <link.h>
@@ -13,7 +13,8 @@
 
 enum { SKIP = 77, N = 256 };
 
-/* ---- The allocator before the allocator ---------------------------------------------------------*/
+/* ---- The allocator before the allocator
+ * ---------------------------------------------------------*/
 
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
 extern void *__libc_memalign(size_t, size_t);
@@ -77,9 +78,15 @@ static bool told_to_fail(void) {
 #define REFUSE (told_to_fail() || (is_ours(CALLER) && refuse()))
 
 void *malloc(size_t size) { return REFUSE ? NULL : given(CALLER, __libc_malloc(size)); }
-void *calloc(size_t n, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_calloc(n, size)); }
-void *memalign(size_t to, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size)); }
-void *aligned_alloc(size_t to, size_t size) { return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size)); }
+void *calloc(size_t n, size_t size) {
+    return REFUSE ? NULL : given(CALLER, __libc_calloc(n, size));
+}
+void *memalign(size_t to, size_t size) {
+    return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size));
+}
+void *aligned_alloc(size_t to, size_t size) {
+    return REFUSE ? NULL : given(CALLER, __libc_memalign(to, size));
+}
 
 int posix_memalign(void **out, size_t to, size_t size) {
     if (REFUSE) return 12; /* ENOMEM */
@@ -128,7 +135,8 @@ static int find_text(struct dl_phdr_info *info, size_t size, void *unused) {
     return 1;
 }
 
-/* ---- The work whose every allocation fails ------------------------------------------------------*/
+/* ---- The work whose every allocation fails
+ * ------------------------------------------------------*/
 
 typedef struct work {
     const char *method;
@@ -186,20 +194,21 @@ static bool run(work *w, long k) {
     static float v[N];
     arm(k);
     softshadow_status status = softshadow_create(&handle, &options);
-    CHECK(acceptable(status) && (handle != NULL) == (status == SOFTSHADOW_OK), "create, allocation %ld: %s", k,
-          softshadow_status_name(status));
+    CHECK(acceptable(status) && (handle != NULL) == (status == SOFTSHADOW_OK),
+          "create, allocation %ld: %s", k, softshadow_status_name(status));
     if (!status) status = add(handle, w);
     const bool added = !status;
     CHECK(acceptable(status), "add, allocation %ld: %s", k, softshadow_status_name(status));
     if (!status) status = build_and_ask(handle, w, v);
-    CHECK(acceptable(status), "build and ask, allocation %ld: %s: %s", k, softshadow_status_name(status),
-          softshadow_last_message(handle));
+    CHECK(acceptable(status), "build and ask, allocation %ld: %s: %s", k,
+          softshadow_status_name(status), softshadow_last_message(handle));
     if (!status) ask_same_bits(w->want, v, N, "with one allocation less");
     if (!status) status = look(handle, w);
-    CHECK(acceptable(status), "looking inside, allocation %ld: %s: %s", k, softshadow_status_name(status),
-          softshadow_last_message(handle));
+    CHECK(acceptable(status), "looking inside, allocation %ld: %s: %s", k,
+          softshadow_status_name(status), softshadow_last_message(handle));
     const bool failed = failures > 0;
-    CHECK(failed || status == SOFTSHADOW_OK, "%s with all the memory it wants", softshadow_last_message(handle));
+    CHECK(failed || status == SOFTSHADOW_OK, "%s with all the memory it wants",
+          softshadow_last_message(handle));
     arm(0);
     if (handle) { /* and now with memory */
         if (!added) {
@@ -231,11 +240,13 @@ static void every_allocation_fails_once(void **state) {
         const long before = held_count;
         long k = 1;
         while (run(&w, k)) {
-            CHECK(held_count == before, "allocation %ld: %ld blocks leaked", k, held_count - before);
+            CHECK(held_count == before, "allocation %ld: %ld blocks leaked", k,
+                  held_count - before);
             k++;
             CHECK(k < 5000, "too many allocations for a small scene");
         }
-        print_message("           %u threads: %ld allocations, each failed once\n", w.threads, k - 1);
+        print_message("           %u threads: %ld allocations, each failed once\n", w.threads,
+                      k - 1);
         CHECK(k > 10, "only %ld allocations were seen: the test sees nothing", k - 1);
     }
     scene_free(&w.mesh);

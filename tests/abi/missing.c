@@ -1,5 +1,5 @@
-/* Embree is not there: what needs it says so in words, what does not works as ever. The host's dlopen
- * stands before the C library's and finds no Embree. */
+/* Embree is not there: what needs it says so in words, what does not works as ever. The host's
+ * dlopen stands before the C library's and finds no Embree. */
 #define _GNU_SOURCE /* RTLD_NEXT */
 #include <dlfcn.h>
 

@@ -11,14 +11,14 @@
 
 enum { PLAIN_SKIP = 77, PLAIN_POINTS = 1024 };
 
-#define REQUIRE(condition, ...)                                                                  \
-    do {                                                                                         \
-        if (!(condition)) {                                                                      \
-            fprintf(stderr, "%s:%d: %s: ", __FILE__, __LINE__, #condition);                      \
-            fprintf(stderr, __VA_ARGS__);                                                        \
-            fprintf(stderr, "\n");                                                               \
-            exit(1);                                                                             \
-        }                                                                                        \
+#define REQUIRE(condition, ...)                                                                    \
+    do {                                                                                           \
+        if (!(condition)) {                                                                        \
+            fprintf(stderr, "%s:%d: %s: ", __FILE__, __LINE__, #condition);                        \
+            fprintf(stderr, __VA_ARGS__);                                                          \
+            fprintf(stderr, "\n");                                                                 \
+            exit(1);                                                                               \
+        }                                                                                          \
     } while (0)
 
 /* The library's functions, linked or looked up by hand. */
@@ -34,16 +34,18 @@ typedef struct plain_api {
     void (*destroy)(softshadow *);
 } plain_api;
 
-#define PLAIN_LINKED                                                                             \
-    {softshadow_create,           softshadow_add_mesh,     softshadow_set_light,                 \
-     softshadow_build_maps,       softshadow_query_visibility, softshadow_method_count,          \
-     softshadow_method_info,      softshadow_last_message, softshadow_destroy}
+#define PLAIN_LINKED                                                                               \
+    {                                                                                              \
+        softshadow_create, softshadow_add_mesh, softshadow_set_light, softshadow_build_maps,       \
+            softshadow_query_visibility, softshadow_method_count, softshadow_method_info,          \
+            softshadow_last_message, softshadow_destroy                                            \
+    }
 
 /* A tilted plate and a needle over a grid of points; fractions that are no round decimals. */
 static inline softshadow_status plain_scene(const plain_api *api, softshadow **handle,
                                             const softshadow_options *options) {
-    static const float xyz[] = {-1.1f, -0.9f, 1.3f, 1.2f, -0.7f, 1.9f, 0.1f, 1.3f, 2.3f,
-                                0.3f,  0.4f,  2.7f, 1.7f, 0.5f,  1.1f};
+    static const float xyz[] = {-1.1f, -0.9f, 1.3f, 1.2f, -0.7f, 1.9f, 0.1f, 1.3f,
+                                2.3f,  0.3f,  0.4f, 2.7f, 1.7f,  0.5f, 1.1f};
     static const uint32_t indices[] = {0, 1, 2, 2, 3, 4, 0, 2, 4};
     softshadow_mesh mesh = SOFTSHADOW_MESH_INIT;
     mesh.positions = xyz, mesh.vertex_count = 5;
@@ -85,10 +87,10 @@ static inline void plain_plausible(const float *v, const char *method) {
     int lit = 0, dark = 0, half = 0;
     for (int i = 0; i < PLAIN_POINTS; i++) {
         REQUIRE(v[i] >= 0 && v[i] <= 1, "%s: point %d: %g", method, i, (double)v[i]);
-        lit += v[i] == 1, dark += v[i] < 0.5f, half += v[i] > 0 && v[i] < 1;
+        lit += v[i] == 1, dark += v[i]<0.5f, half += v[i]> 0 && v[i] < 1;
     }
-    REQUIRE(lit > 100 && dark > 20 && half > 100, "%s: %d lit, %d dark, %d in penumbra", method, lit,
-            dark, half);
+    REQUIRE(lit > 100 && dark > 20 && half > 100, "%s: %d lit, %d dark, %d in penumbra", method,
+            lit, dark, half);
 }
 
 /* The names of all methods, "auto" among them. Returns how many. */

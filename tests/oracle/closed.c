@@ -48,8 +48,12 @@ oracle_view oracle_see(const softshadow_light *light, const double p[3]) {
     oracle_view view = {.t_end = 1, .disk = light->type != SOFTSHADOW_RECT};
     for (int k = 0; k < 3; k++) view.c[k] = light->position[k] - p[k];
     switch (light->type) {
-    case SOFTSHADOW_SPHERE: see_sphere(&view, light); break;
-    case SOFTSHADOW_SUN: see_sun(&view, light); break;
+    case SOFTSHADOW_SPHERE:
+        see_sphere(&view, light);
+        break;
+    case SOFTSHADOW_SUN:
+        see_sun(&view, light);
+        break;
     case SOFTSHADOW_DISK: {
         const double length = sqrt(dot(light->direction, light->direction));
         for (int k = 0; k < 3; k++) view.normal[k] = light->direction[k] / length;
@@ -108,15 +112,14 @@ double oracle_caps(double alpha, double beta, double theta) {
     const double corner = sin(s - theta) / sin(theta);
     const double phi1 = 2 * asin(sqrt(fmin(1, sin(s - alpha) * corner / sin(alpha))));
     const double phi2 = 2 * asin(sqrt(fmin(1, sin(s - beta) * corner / sin(beta))));
-    const double E = 4 * atan(sqrt(tan(s / 2) * tan((s - alpha) / 2) * tan((s - beta) / 2) *
-                                   tan((s - theta) / 2)));
+    const double E =
+        4 *
+        atan(sqrt(tan(s / 2) * tan((s - alpha) / 2) * tan((s - beta) / 2) * tan((s - theta) / 2)));
     const double A = 4 * phi1 * sa * sa + 4 * phi2 * sb * sb - 2 * E;
     return 1 - A / (4 * SCENE_PI * sa * sa);
 }
 
-double oracle_overlap(double a0, double a1) {
-    return fmax(0, fmin(1, a1) - fmax(-1, a0)) / 2;
-}
+double oracle_overlap(double a0, double a1) { return fmax(0, fmin(1, a1) - fmax(-1, a0)) / 2; }
 
 /* Where the segment from p through q meets the light's plane, in (s, t). */
 static void project(const oracle_view *view, const double p[3], const double q[3], double st[2]) {

@@ -41,8 +41,8 @@ double oracle_polygon_irradiance(const double (*corners)[3], size_t n, const dou
 
 /* ---- The union of triangles before the light, exactly -----------------------------------------*/
 
-/* V, uniform measure: triangles are clipped to the light's pyramid (and to t_end), projected, and the
- * area of their union inside the shape is summed between all crossings. normal: what is below
+/* V, uniform measure: triangles are clipped to the light's pyramid (and to t_end), projected, and
+ * the area of their union inside the shape is summed between all crossings. normal: what is below
  * its horizon is hidden; or NULL. Triangles that contain p are ignored. */
 double oracle_union(const scene_mesh *mesh, const softshadow_light *light, const double p[3],
                     const double normal[3]);
@@ -52,7 +52,8 @@ double oracle_union_profile(const scene_mesh *mesh, const softshadow_light *ligh
                             const double p[3], double (*profile)(double rho, void *user),
                             void *user, unsigned rings);
 
-/* ---- Every triangle x every sample -------------------------------------------------------------*/
+/* ---- Every triangle x every sample
+ * -------------------------------------------------------------*/
 
 /* V in any weighting (SOFTSHADOW_UNIFORM ...) and with the light's own profile, on about `samples`
  * samples of a regular pattern. */

@@ -18,7 +18,8 @@ static void edge_is_the_integral_of_chords(void **state) {
             const double x = -1 + (t + 1) * (i + 0.5) / 1000, h = sqrt(1 - x * x);
             for (int k = 0; k < 1000; k++) {
                 const double y = h * (2 * (k + 0.5) / 1000 - 1);
-                bright += oracle_limb(sqrt(x * x + y * y), 0.4, 0.3) * 2 * h / 1000 * (t + 1) / 1000;
+                bright +=
+                    oracle_limb(sqrt(x * x + y * y), 0.4, 0.3) * 2 * h / 1000 * (t + 1) / 1000;
             }
         }
         const double whole = SCENE_PI * (1 - 0.4 / 3 - 0.3 / 6);
@@ -56,8 +57,8 @@ static void union_agrees_with_edges(void **state) {
         const double edge = oracle_edge_before(&view, p, corner[0], corner[1], seen);
         const double exact = oracle_union(&mesh, light, p, NULL);
         const double brute = oracle_brute(&mesh, light, p, NULL, SOFTSHADOW_UNIFORM, 10000);
-        /* Where the plane passes the point or ends inside the pyramid the quad is no half-plane: brute
-         * force says so. */
+        /* Where the plane passes the point or ends inside the pyramid the quad is no half-plane:
+         * brute force says so. */
         CHECK(fabs(exact - brute) < 0.01, "case %d: union %g, brute %g", i, exact, brute);
         if (fabs(edge - brute) < 0.01) CHECK(fabs(edge - exact) < 1e-9, "case %d", i);
         scene_free(&mesh);
@@ -160,7 +161,8 @@ static void weightings_agree_with_brute_force(void **state) {
         scene_mesh mesh = {0};
         scene_rect(&mesh, x / 2, 9, -9, 9, 1.5);
         const double seen[4][3] = {{-1, -1, 3}, {x, -1, 3}, {x, 1, 3}, {-1, 1, 3}};
-        const double v = oracle_polygon_irradiance(seen, 4, up) / oracle_polygon_irradiance(w, 4, up);
+        const double v =
+            oracle_polygon_irradiance(seen, 4, up) / oracle_polygon_irradiance(w, 4, up);
         const double b = oracle_brute(&mesh, &light, p, up, SOFTSHADOW_IRRADIANCE, 40000);
         CHECK(fabs(v - b) < 0.004, "x = %g: closed %g, brute %g", x, v, b);
         scene_free(&mesh);
@@ -176,8 +178,8 @@ static void bench_scenes_are_as_large_as_they_say(void **state) {
         double most = 0;
         for (size_t k = 0; k < mesh.vertices; k++) {
             const double *v = mesh.xyz + 3 * k;
-            most = fmax(most, hypot(hypot(v[0] - e->centre[0], v[1] - e->centre[1]),
-                                    v[2] - e->centre[2]));
+            most = fmax(
+                most, hypot(hypot(v[0] - e->centre[0], v[1] - e->centre[1]), v[2] - e->centre[2]));
         }
         print_message("           %s: %zu triangles, radius %.3f\n", e->name, mesh.triangles, most);
         CHECK(most <= e->radius && most > 0.9 * e->radius, "%s: %g, said %g", e->name, most,

@@ -2,9 +2,9 @@
  *
  * Each triangle is clipped against the light's pyramid in homogeneous coordinates (S, T, W) of
  *     q - p = W c + S a + T b,
- * projected to (S/W, T/W) and becomes a convex polygon. Between two neighbouring abscissae of the set
- * {corners, crossings of edges, crossings with the rim} no two boundaries cross, so the union is the
- * same stack of intervals all along and its area is a sum of exact integrals. */
+ * projected to (S/W, T/W) and becomes a convex polygon. Between two neighbouring abscissae of the
+ * set {corners, crossings of edges, crossings with the rim} no two boundaries cross, so the union
+ * is the same stack of intervals all along and its area is a sum of exact integrals. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,8 +23,8 @@ typedef struct edge {
 } edge;
 
 typedef struct span {
-    double low, high;    /* at the slab's middle */
-    int below, above;    /* edges; -1: the shape's own boundary */
+    double low, high; /* at the slab's middle */
+    int below, above; /* edges; -1: the shape's own boundary */
 } span;
 
 typedef struct arrangement {
@@ -183,8 +183,8 @@ static bool span_at(const arrangement *all, size_t i, double x, double rim, span
         if (y < out->low) out->low = y, out->below = (int)e;
         if (y > out->high) out->high = y, out->above = (int)e;
     }
-    /* An edge may touch the rim at this very x, as the pyramid's own sides do: to both sides of it the
-     * rim is what bounds. 1e-9: far below any area that matters, far above rounding. */
+    /* An edge may touch the rim at this very x, as the pyramid's own sides do: to both sides of it
+     * the rim is what bounds. 1e-9: far below any area that matters, far above rounding. */
     if (out->low < -rim * (1 - 1e-9)) out->low = -rim, out->below = -1;
     if (out->high > rim * (1 - 1e-9)) out->high = rim, out->above = -1;
     return out->low < out->high;
@@ -203,7 +203,8 @@ static double slab(const arrangement *all, double x0, double x1, double radius, 
             if (spans[i].high > run.high) run.high = spans[i].high, run.above = spans[i].above;
             i++;
         }
-        area += under(all, run.above, 1, x0, x1, radius) - under(all, run.below, -1, x0, x1, radius);
+        area +=
+            under(all, run.above, 1, x0, x1, radius) - under(all, run.below, -1, x0, x1, radius);
     }
     return area;
 }
@@ -270,7 +271,8 @@ double oracle_union(const scene_mesh *mesh, const softshadow_light *light, const
     return fmin(1, fmax(0, 1 - hidden / (view.disk ? SCENE_PI : 4)));
 }
 
-/* With H(rho) the hidden area within rho:  hidden weight = int w dH  by midpoint rings, exact in H. */
+/* With H(rho) the hidden area within rho:  hidden weight = int w dH  by midpoint rings, exact in H.
+ */
 double oracle_union_profile(const scene_mesh *mesh, const softshadow_light *light,
                             const double p[3], double (*profile)(double rho, void *user),
                             void *user, unsigned rings) {

@@ -1,6 +1,6 @@
-/* What must not change a single bit: how a scene is scaled (by powers of two), moved (exactly), named
- * (axes) or stored, and how a batch is split, ordered and shared out among threads. Holds for every
- * method; `auto` may answer otherwise where the batch itself is another (ABI, promise 2). */
+/* What must not change a single bit: how a scene is scaled (by powers of two), moved (exactly),
+ * named (axes) or stored, and how a batch is split, ordered and shared out among threads. Holds for
+ * every method; `auto` may answer otherwise where the batch itself is another (ABI, promise 2). */
 #include <pthread.h>
 
 #include "property/truth.h"
@@ -29,8 +29,8 @@ static setting new_setting(void) {
         out.points[i][2] = round(scene_uniform(&s, -0.5, 0.25) * 1024) / 1024;
         for (int k = 0; k < 3; k++) out.normals[i][k] = k == 2 ? 1 : (float)(i % (k + 3)) / 8;
     }
-    /* Off the grid: where two components of a direction are equal, exchanging the axes leaves it as it
-     * is but turns any sample set over, and no choice of frame can be the same. */
+    /* Off the grid: where two components of a direction are equal, exchanging the axes leaves it as
+     * it is but turns any sample set over, and no choice of frame can be the same. */
     const double x = 0.25 + 0x3p-10, y = 0.5 + 0x7p-11;
     out.lights[0] = scene_rect_light(x, y, 8, 1.5, 1);
     out.lights[1] = scene_disk_light(x, y, 8, 0.125, 0.25, -1, 1.25);
@@ -54,7 +54,8 @@ static ask answer(const char *method, const setting *s, int light, const double 
 
 /* Everything x -> scale x[axis] + move, into a new setting. */
 static setting moved(const setting *s, double scale, const double move[3], const int axis[3]) {
-    setting out = {.mesh = scene_copy(&s->mesh), .points = malloc(N * sizeof *out.points),
+    setting out = {.mesh = scene_copy(&s->mesh),
+                   .points = malloc(N * sizeof *out.points),
                    .normals = malloc(N * sizeof *out.normals)};
     double m[12] = {0};
     for (int k = 0; k < 3; k++) m[4 * k + axis[k]] = scale, m[4 * k + 3] = move[k];
@@ -126,7 +127,8 @@ static void axes(void **state) {
     }
 }
 
-/* ---- Batches ------------------------------------------------------------------------------------*/
+/* ---- Batches
+ * ------------------------------------------------------------------------------------*/
 
 static void point_order(void **state) {
     setting s = new_setting();
@@ -150,8 +152,10 @@ static void point_order(void **state) {
     for (size_t i = 0; i < N; i++) {
         back.visibility[place[i]] = b.visibility[i], back.bound[place[i]] = b.bound[i];
     }
-    if (ask_auto(*state)) ask_same_truth(&a, &back, "point order");
-    else ask_same_bits(a.visibility, back.visibility, N, "point order");
+    if (ask_auto(*state))
+        ask_same_truth(&a, &back, "point order");
+    else
+        ask_same_bits(a.visibility, back.visibility, N, "point order");
     ask_free(&a), ask_free(&b), ask_free(&back);
     free(place);
     free_setting(&s), free_setting(&t);
@@ -175,8 +179,10 @@ static void batch_splits(void **state) {
         }
         char what[32];
         snprintf(what, sizeof what, "batches of %zu", size[k]);
-        if (ask_auto(*state)) ask_same_truth(&whole, &parts, what);
-        else ask_same_bits(whole.visibility, parts.visibility, N, what);
+        if (ask_auto(*state))
+            ask_same_truth(&whole, &parts, what);
+        else
+            ask_same_bits(whole.visibility, parts.visibility, N, what);
         ask_free(&parts);
     }
     softshadow_destroy(handle);
@@ -223,8 +229,10 @@ static void threads_and_schedulers(void **state) {
             int calls = 0;
             ask other = answer(*state, &s, light, (const double(*)[3])s.points, N);
             other.options.user = &calls;
-            if (i < 3) other.options.threads = (const uint32_t[]){0, 2, 7}[i];
-            else other.options.parallel = i == 3 ? backwards : on_three;
+            if (i < 3)
+                other.options.threads = (const uint32_t[]){0, 2, 7}[i];
+            else
+                other.options.parallel = i == 3 ? backwards : on_three;
             if (i >= 3) other.options.threads = 3;
             ask_do(&other);
             char what[64];
@@ -239,7 +247,8 @@ static void threads_and_schedulers(void **state) {
     free_setting(&s);
 }
 
-/* ---- Storage ------------------------------------------------------------------------------------*/
+/* ---- Storage
+ * ------------------------------------------------------------------------------------*/
 
 typedef struct fat {
     float before[2], xyz[3], after;
@@ -340,8 +349,10 @@ static void transforms_and_parts(void **state) {
     OK(handle, softshadow_build_maps(handle, &build));
     ask b = answer(*state, &s, 2, (const double(*)[3])s.points, N);
     ask_query(handle, &b);
-    if (ask_auto(*state)) ask_same_truth(&a, &b, "transformed, in two parts");
-    else ask_same_bits(a.visibility, b.visibility, N, "transformed, in two parts");
+    if (ask_auto(*state))
+        ask_same_truth(&a, &b, "transformed, in two parts");
+    else
+        ask_same_bits(a.visibility, b.visibility, N, "transformed, in two parts");
     softshadow_destroy(handle);
     scene_free(&before);
     ask_free(&a), ask_free(&b);

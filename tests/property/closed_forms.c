@@ -1,5 +1,5 @@
-/* Scenes whose answer is a formula (design/accuracy.md, 1 to 8 and 11), with every method that claims
- * the truth. */
+/* Scenes whose answer is a formula (design/accuracy.md, 1 to 8 and 11), with every method that
+ * claims the truth. */
 #include "property/truth.h"
 
 /* ---- 1 and 2: straight edges ------------------------------------------------------------------*/
@@ -9,7 +9,8 @@ typedef struct half_plane {
     scene_mesh mesh;
 } half_plane;
 
-/* The edge passes (0, 0, 2) at that turn about z and slope; the plate leaves it with a slope too. */
+/* The edge passes (0, 0, 2) at that turn about z and slope; the plate leaves it with a slope too.
+ */
 static half_plane make_half_plane(double turn, double slope, double plate_slope) {
     half_plane out = {0};
     const double d[3] = {cos(turn), sin(turn), slope}, g[3] = {sin(turn), -cos(turn), plate_slope};
@@ -130,16 +131,19 @@ static void rectangle_behind_rectangle(void **state) {
     scene_grid(points, SIDE, -3, 3, -2.5, 2.5, 0);
     for (size_t i = 0; i < POINTS; i++) {
         const double x = points[i][0], y = points[i][1];
-        truth[i] = 1 - oracle_overlap((x + 3 * (-1.1 - x) - 0.1) / 3, (x + 3 * (0.7 - x) - 0.1) / 3) *
-                           oracle_overlap((y + 3 * (-0.4 - y) - 0.2) / 2, (y + 3 * (0.6 - y) - 0.2) / 2);
+        truth[i] =
+            1 - oracle_overlap((x + 3 * (-1.1 - x) - 0.1) / 3, (x + 3 * (0.7 - x) - 0.1) / 3) *
+                    oracle_overlap((y + 3 * (-0.4 - y) - 0.2) / 2, (y + 3 * (0.6 - y) - 0.2) / 2);
     }
-    ask q = ask_new(*state, &mesh, light, (const double(*)[3])points, POINTS, truth_samples(*state));
+    ask q =
+        ask_new(*state, &mesh, light, (const double(*)[3])points, POINTS, truth_samples(*state));
     truth_judge(&q, truth, "rectangle behind rectangle", 0);
     scene_free(&mesh);
     free(points);
 }
 
-/* What is seen of a rectangle beyond a straight edge is a rectangle: irradiance has a closed form. */
+/* What is seen of a rectangle beyond a straight edge is a rectangle: irradiance has a closed form.
+ */
 static void irradiance_of_a_polygon(void **state) {
     const softshadow_light light = scene_rect_light(1, 0, 3, 2, 1);
     scene_mesh mesh = {0};
@@ -150,8 +154,10 @@ static void irradiance_of_a_polygon(void **state) {
     for (size_t i = 0; i < 400; i++) {
         const double n[3] = {0.3, i % 3 ? -0.2 : 0.1, 0.9}, x = points[i][0], y = points[i][1];
         const double end = fmin(3, fmax(-1, x + 2 * (0.5 - x))); /* where the edge is seen */
-        const double whole[4][3] = {{-1 - x, -1 - y, 3}, {3 - x, -1 - y, 3}, {3 - x, 1 - y, 3}, {-1 - x, 1 - y, 3}};
-        const double seen[4][3] = {{-1 - x, -1 - y, 3}, {end - x, -1 - y, 3}, {end - x, 1 - y, 3}, {-1 - x, 1 - y, 3}};
+        const double whole[4][3] = {
+            {-1 - x, -1 - y, 3}, {3 - x, -1 - y, 3}, {3 - x, 1 - y, 3}, {-1 - x, 1 - y, 3}};
+        const double seen[4][3] = {
+            {-1 - x, -1 - y, 3}, {end - x, -1 - y, 3}, {end - x, 1 - y, 3}, {-1 - x, 1 - y, 3}};
         truth[i] = oracle_polygon_irradiance(seen, 4, n) / oracle_polygon_irradiance(whole, 4, n);
         for (int k = 0; k < 3; k++) normals[i][k] = (float)n[k];
     }
@@ -169,8 +175,10 @@ static void irradiance_of_a_polygon(void **state) {
 static void add_half(scene_mesh *mesh, double where, int sign, int axis, double height) {
     const double edge = where * height / 8, end = 20.0 * sign;
     const double a = fmin(edge, end), b = fmax(edge, end);
-    if (axis == 0) scene_rect(mesh, a, b, -20, 20, height);
-    else scene_rect(mesh, -20, 20, a, b, height);
+    if (axis == 0)
+        scene_rect(mesh, a, b, -20, 20, height);
+    else
+        scene_rect(mesh, -20, 20, a, b, height);
 }
 
 static void fusion_triad(void **state) {
@@ -232,7 +240,8 @@ static void screens(void **state) {
 
 /* ---- 7: contact -------------------------------------------------------------------------------*/
 
-/* The wall's foot is under the light's centre. As d falls the wall hides one half, on both sides. */
+/* The wall's foot is under the light's centre. As d falls the wall hides one half, on both sides.
+ */
 static void contact_with_a_wall(void **state) {
     enum { STEPS = 9, N = 2 * STEPS };
     double points[N][3], truth[N];
@@ -249,7 +258,8 @@ static void contact_with_a_wall(void **state) {
         primitives[i] = SOFTSHADOW_NO_PRIMITIVE;
     }
     const softshadow_light light = scene_disk_light(0, 0, 8, 0, 0, -1, 1.5);
-    for (int i = 0; i < 3; i++) { /* nothing known; normals; on a ground that casts, triangle known */
+    for (int i = 0; i < 3;
+         i++) { /* nothing known; normals; on a ground that casts, triangle known */
         ask q = ask_new(*state, &mesh, light, (const double(*)[3])points, N, truth_samples(*state));
         if (i > 0) q.normals = (const float(*)[3])normals;
         if (i == 2) {
@@ -273,10 +283,13 @@ static void small_blocker_and_keyhole(void **state) {
     scene_grid(points, 5, -0.15, 0.15, -0.15, 0.15, 0); /* it stays inside the light's outline */
     for (int dual = 0; dual < 2; dual++) {
         scene_mesh mesh = {0};
-        if (dual) scene_holed_square(&mesh, 9, 4, 0.4, EDGES);
-        else scene_disk(&mesh, 0, 0, 4, 0.4, EDGES);
+        if (dual)
+            scene_holed_square(&mesh, 9, 4, 0.4, EDGES);
+        else
+            scene_disk(&mesh, 0, 0, 4, 0.4, EDGES);
         for (int i = 0; i < 25; i++) truth[i] = dual ? share : 1 - share;
-        ask q = ask_new(*state, &mesh, light, (const double(*)[3])points, 25, truth_samples(*state));
+        ask q =
+            ask_new(*state, &mesh, light, (const double(*)[3])points, 25, truth_samples(*state));
         truth_judge(&q, truth, dual ? "keyhole" : "small blocker", 0);
         scene_free(&mesh);
     }

@@ -1,5 +1,5 @@
-/* Inputs at the edge of what is allowed: points that are none, far scenes, far lights, horizons, points
- * inside lamps, casters behind them, contact at every scale, opacity, flags. */
+/* Inputs at the edge of what is allowed: points that are none, far scenes, far lights, horizons,
+ * points inside lamps, casters behind them, contact at every scale, opacity, flags. */
 #include "property/truth.h"
 
 enum { SIDE = 24, N = SIDE * SIDE, SAMPLES = 512 };
@@ -25,7 +25,8 @@ static void bad_points_are_nan_and_counted(void **state) {
     const double bad[] = {NAN, INFINITY, -INFINITY, 1.1e15, -1e300, 1e308};
     for (int i = 0; i < 60; i++) mixed[7 + 9 * i][i % 3] = bad[i % 6];
     scene_mesh mesh = thing();
-    ask a = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])good, N, SAMPLES);
+    ask a = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])good, N,
+                    SAMPLES);
     ask b = a;
     b.points = (const double(*)[3])mixed;
     ask_do(&a), ask_do(&b);
@@ -50,7 +51,8 @@ static void points_outside_bounds(void **state) {
     grid(points);
     scene_mesh mesh = thing();
     const double bounds[6] = {-1, -1.5, -0.1, 1, 1.5, 0.1};
-    ask q = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])points, N, SAMPLES);
+    ask q = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])points, N,
+                    SAMPLES);
     q.build.bounds = bounds;
     ask_do(&q);
     uint64_t outside = 0;
@@ -76,15 +78,19 @@ static void nothing_casts(void **state) {
     for (size_t i = 0; i < COUNT(lights); i++) {
         ask q = ask_new(*state, &empty, lights[i], (const double(*)[3])points, N, 0);
         ask_do(&q);
-        for (int k = 0; k < N; k++) CHECK(q.visibility[k] == 1, "light %zu: %g", i, q.visibility[k]);
+        for (int k = 0; k < N; k++)
+            CHECK(q.visibility[k] == 1, "light %zu: %g", i, q.visibility[k]);
         float down[N][3];
-        for (int k = 0; k < N; k++) down[k][0] = down[k][1] = 0, down[k][2] = k % 2 ? -1e-30f : -1e30f;
+        for (int k = 0; k < N; k++)
+            down[k][0] = down[k][1] = 0, down[k][2] = k % 2 ? -1e-30f : -1e30f;
         q.normals = (const float(*)[3])down;
         ask_do(&q);
-        for (int k = 0; k < N; k++) CHECK(q.visibility[k] == 0, "light %zu, turned away: %g", i, q.visibility[k]);
+        for (int k = 0; k < N; k++)
+            CHECK(q.visibility[k] == 0, "light %zu, turned away: %g", i, q.visibility[k]);
         memset(down, 0, sizeof down); /* 0 0 0: no normal */
         ask_do(&q);
-        for (int k = 0; k < N; k++) CHECK(q.visibility[k] == 1, "light %zu, no normal: %g", i, q.visibility[k]);
+        for (int k = 0; k < N; k++)
+            CHECK(q.visibility[k] == 1, "light %zu, no normal: %g", i, q.visibility[k]);
         ask_free(&q);
     }
 }
@@ -114,8 +120,10 @@ static void far_scenes(void **state) {
             char what[64];
             snprintf(what, sizeof what, "moved by %g, light %d", t[0], type);
             /* Doubles at 1e7 are rounded to 2e-9: a sample in a million changes sides. */
-            if (ask_certified(*state)) ask_same_samples(a.visibility, b.visibility, N, SAMPLES, 0.9999, what);
-            else ask_same_truth(&a, &b, what);
+            if (ask_certified(*state))
+                ask_same_samples(a.visibility, b.visibility, N, SAMPLES, 0.9999, what);
+            else
+                ask_same_truth(&a, &b, what);
             ask_free(&a), ask_free(&b);
         }
         scene_free(&far);
@@ -143,8 +151,8 @@ static void a_far_lamp_is_a_sun(void **state) {
 
 /* ---- Contact at every scale -------------------------------------------------------------------*/
 
-/* Points on a convex body, up to the rounding of their type: they never shadow themselves, and facets
- * that look away are dark. */
+/* Points on a convex body, up to the rounding of their type: they never shadow themselves, and
+ * facets that look away are dark. */
 static void on_a_ball(const char *method, double scale, double offset, bool floats, bool named) {
     enum { POINTS = 1500 };
     scene_mesh ball = {0};
@@ -155,7 +163,8 @@ static void on_a_ball(const char *method, double scale, double offset, bool floa
     static bool lit[POINTS];
     uint64_t s = 8;
     const softshadow_light light = scene_sun_light(-0.3, 0.2, -1, 0.05);
-    if (floats) for (size_t i = 0; i < 3 * ball.vertices; i++) ball.xyz[i] = (float)ball.xyz[i];
+    if (floats)
+        for (size_t i = 0; i < 3 * ball.vertices; i++) ball.xyz[i] = (float)ball.xyz[i];
     for (int i = 0; i < POINTS;) {
         const uint32_t t = (uint32_t)(scene_random(&s) % ball.triangles);
         const double *v[3], u = sqrt(scene_uniform(&s, 0, 1)), w = scene_uniform(&s, 0, 1);
@@ -190,9 +199,11 @@ static void on_a_ball(const char *method, double scale, double offset, bool floa
     if (named) batch.primitives = primitives;
     OK(handle, softshadow_query_visibility(handle, &batch, visibility));
     size_t acne = 0, leaks = 0;
-    for (int i = 0; i < POINTS; i++) acne += lit[i] && visibility[i] != 1, leaks += !lit[i] && visibility[i] != 0;
-    CHECK(acne == 0 && leaks == 0, "scale %g, offset %g, %s, %s: %zu shadowed by themselves, %zu lit through",
-          scale, offset, floats ? "float" : "double", named ? "primitives" : "normals", acne, leaks);
+    for (int i = 0; i < POINTS; i++)
+        acne += lit[i] && visibility[i] != 1, leaks += !lit[i] && visibility[i] != 0;
+    CHECK(acne == 0 && leaks == 0,
+          "scale %g, offset %g, %s, %s: %zu shadowed by themselves, %zu lit through", scale, offset,
+          floats ? "float" : "double", named ? "primitives" : "normals", acne, leaks);
     softshadow_destroy(handle);
     scene_free(&ball);
 }
@@ -240,8 +251,8 @@ static void inside_and_behind_a_lamp(void **state) {
     scene_box(&mesh, (const double[3]){-0.5, -0.5, 4.5}, (const double[3]){0.5, 0.5, 5.5});
     scene_rect(&mesh, -9, 9, -9, 9, 9); /* behind the lamp, seen from below */
     const softshadow_light lamp = scene_sphere_light(0, 0, 5, 2);
-    /* Inside; on its surface; and below it, where the box inside the lamp hides something only as far
-     * as the circle where the tangent cone touches: z = 5 - 4/d. */
+    /* Inside; on its surface; and below it, where the box inside the lamp hides something only as
+     * far as the circle where the tangent cone touches: z = 5 - 4/d. */
     const double points[4][3] = {{0.1, 0.2, 5.9}, {0, 0, 5}, {0, 0, 3}, {0, 0, 0}};
     double truth[4];
     for (int i = 0; i < 4; i++) truth[i] = oracle_union(&mesh, &lamp, points[i], NULL);
@@ -268,8 +279,8 @@ static void sides_of_a_flat_lamp(void **state) {
             q.build.weighting = weighting;
             ask_do(&q);
             const float other = weighting == SOFTSHADOW_IRRADIANCE ? 0 : 1;
-            CHECK(q.visibility[0] == 1 && q.visibility[1] == other, "lamp %d, weighting %u: %g %g", i,
-                  weighting, q.visibility[0], q.visibility[1]);
+            CHECK(q.visibility[0] == 1 && q.visibility[1] == other, "lamp %d, weighting %u: %g %g",
+                  i, weighting, q.visibility[0], q.visibility[1]);
             ask_free(&q);
         }
     }
@@ -278,7 +289,8 @@ static void sides_of_a_flat_lamp(void **state) {
 /* ---- Meshes that do not cast, or not everywhere -----------------------------------------------*/
 
 static void opacity(void **state) {
-    /* 4 x 2 texels over a rectangle of 4 x 2: what casts are the texels that reach the threshold. */
+    /* 4 x 2 texels over a rectangle of 4 x 2: what casts are the texels that reach the threshold.
+     */
     static const uint8_t texels[8] = {255, 0, 128, 127, 0, 200, 127, 255};
     scene_mesh plate = {0}, squares = {0};
     scene_rect(&plate, -2, 2, -1, 1, 3);
@@ -304,7 +316,8 @@ static void opacity(void **state) {
         build.method = *state;
         OK(handle, softshadow_build_maps(handle, &build));
         ask_query(handle, &q);
-        ask_compare(&q, truth, k ? "tiled opacity" : "opacity", 1.0 / 256, 2 * truth_max(*state), 1e-6);
+        ask_compare(&q, truth, k ? "tiled opacity" : "opacity", 1.0 / 256, 2 * truth_max(*state),
+                    1e-6);
         softshadow_destroy(handle);
         ask_free(&q);
     }
@@ -315,7 +328,8 @@ static void flags_decide_what_casts(void **state) {
     double points[N][3];
     grid(points);
     scene_mesh mesh = thing();
-    ask casts = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])points, N, SAMPLES);
+    ask casts = ask_new(*state, &mesh, scene_sphere_light(0, 0, 7, 1), (const double(*)[3])points,
+                        N, SAMPLES);
     ask_do(&casts);
     static const uint32_t flags[] = {SOFTSHADOW_CASTS, SOFTSHADOW_RECEIVES,
                                      SOFTSHADOW_CASTS | SOFTSHADOW_RECEIVES | SOFTSHADOW_BORROW};
@@ -331,7 +345,8 @@ static void flags_decide_what_casts(void **state) {
         ask_query(handle, &q);
         if (flags[i] & SOFTSHADOW_CASTS) ask_same_bits(casts.visibility, q.visibility, N, "flags");
         for (int k = 0; k < N && !(flags[i] & SOFTSHADOW_CASTS); k++) {
-            CHECK(q.visibility[k] == 1, "a mesh that only receives shadows point %d: %g", k, q.visibility[k]);
+            CHECK(q.visibility[k] == 1, "a mesh that only receives shadows point %d: %g", k,
+                  q.visibility[k]);
         }
         softshadow_destroy(handle);
         ask_free(&q);

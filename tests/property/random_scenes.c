@@ -1,16 +1,20 @@
-/* A hundred small scenes of everything a mesh may do wrong - open, non-manifold, flipped, duplicated,
- * degenerate, needles - against the exact area of the union, and in the other weightings against
- * brute force in double; horizons, all lights, and lights that touch the casters. */
+/* A hundred small scenes of everything a mesh may do wrong - open, non-manifold, flipped,
+ * duplicated, degenerate, needles - against the exact area of the union, and in the other
+ * weightings against brute force in double; horizons, all lights, and lights that touch the
+ * casters. */
 #include "property/truth.h"
 
 enum { SCENES = 100, POINTS = 40 };
 
 static softshadow_light light_of(int scene) {
     const softshadow_light lights[] = {
-        scene_sphere_light(0.3, -0.2, 6, 1.2),  scene_disk_light(0, 0, 6, 0.2, 0.1, -1, 1.5),
-        scene_sun_light(-0.1, 0.2, -1, 0.25),   scene_rect_light(0.2, 0, 5.5, 1.5, 0.7),
+        scene_sphere_light(0.3, -0.2, 6, 1.2),
+        scene_disk_light(0, 0, 6, 0.2, 0.1, -1, 1.5),
+        scene_sun_light(-0.1, 0.2, -1, 0.25),
+        scene_rect_light(0.2, 0, 5.5, 1.5, 0.7),
         scene_sphere_light(0.5, 0.5, 3.5, 0.9), /* among the casters */
-        scene_disk_light(0, 0.4, 2.5, 1, 0.2, -0.7, 0.8), scene_rect_light(-0.5, 0, 3, 1, 1),
+        scene_disk_light(0, 0.4, 2.5, 1, 0.2, -0.7, 0.8),
+        scene_rect_light(-0.5, 0, 3, 1, 1),
         scene_sun_light(1, 0, -0.7, 0.6),
     };
     return lights[(size_t)scene % COUNT(lights)];
@@ -90,7 +94,8 @@ static void horizons_against_exact_areas(void **state) {
         for (int i = 0; i < POINTS; i++) {
             double n[3];
             scene_direction(&s, n);
-            for (int k = 0; k < 3; k++) normals[i][k] = (float)(n[k] * (i % 3 + 0.5)); /* any length */
+            for (int k = 0; k < 3; k++)
+                normals[i][k] = (float)(n[k] * (i % 3 + 0.5)); /* any length */
             for (int k = 0; k < 3; k++) n[k] = normals[i][k];
             one[i] = oracle_union(&mesh, &q.light, points[i], n);
         }
@@ -131,7 +136,8 @@ static void weightings_against_brute_force(void **state) {
         ask_free(&q);
         scene_free(&mesh);
     }
-    /* Brute force with 150 x 150 cells: the oracles' own test finds 2e-4 RMS, at most ten times that. */
+    /* Brute force with 150 x 150 cells: the oracles' own test finds 2e-4 RMS, at most ten times
+     * that. */
     judge_pool(&all, truth, "20 scenes, weighted", 2e-3);
 }
 
@@ -139,7 +145,8 @@ int main(void) {
     const ask_test tests[] = {
         {"uniform, against exact areas", uniform_against_exact_areas, ask_truthful},
         {"horizons, against exact areas", horizons_against_exact_areas, ask_truthful},
-        {"weightings and profiles, against brute force", weightings_against_brute_force, ask_truthful},
+        {"weightings and profiles, against brute force", weightings_against_brute_force,
+         ask_truthful},
     };
     return ask_run("random scenes", tests, COUNT(tests));
 }

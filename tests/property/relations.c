@@ -1,5 +1,5 @@
-/* Relations that need no truth (design/accuracy.md): what must stay equal, add up or grow when a scene
- * changes. Each runs with every method that claims the truth. */
+/* Relations that need no truth (design/accuracy.md): what must stay equal, add up or grow when a
+ * scene changes. Each runs with every method that claims the truth. */
 #include "property/truth.h"
 
 enum { SIDE = 32, N = SIDE * SIDE, SAMPLES = 512 };
@@ -51,10 +51,12 @@ static void complements_add_up(void **state) {
         for (size_t k = 0; k < N; k++) {
             /* Fixed samples see one or the other, one on a slat's very rim neither; rays are turned
              * from scene to scene. */
-            const double most = ask_certified(*state) ? 2.01 / SAMPLES : a.bound[k] + b.bound[k] + 1e-6;
+            const double most =
+                ask_certified(*state) ? 2.01 / SAMPLES : a.bound[k] + b.bound[k] + 1e-6;
             over += !(fabs((double)a.visibility[k] + b.visibility[k] - 1) <= most);
         }
-        CHECK(over <= (ask_certified(*state) ? 0u : 8u), "light %zu: %zu of %d sums are not 1", i, over, N);
+        CHECK(over <= (ask_certified(*state) ? 0u : 8u), "light %zu: %zu of %d sums are not 1", i,
+              over, N);
         ask_free(&a), ask_free(&b);
     }
     scene_free(&screen), scene_free(&complement);
@@ -67,8 +69,10 @@ static void splitting_changes_nothing(void **state) {
     size_t n;
     const softshadow_light *list = lights(&n);
     for (size_t i = 0; i < n; i++) {
-        ask a = answer(*state, &whole, list[i], points), b = answer(*state, &split, list[i], points);
-        if (ask_auto(*state)) ask_same_truth(&a, &b, "split");
+        ask a = answer(*state, &whole, list[i], points),
+            b = answer(*state, &split, list[i], points);
+        if (ask_auto(*state))
+            ask_same_truth(&a, &b, "split");
         else {
             /* The promise of the ABI; rays are not watertight to their last bit. */
             const double same = ask_certified(*state) ? 0.9999 : 0.999;
@@ -87,8 +91,10 @@ static void more_casters_never_brighten(void **state) {
     const softshadow_light *list = lights(&n);
     for (size_t i = 0; i < 2 * n; i++) {
         scene_mesh few = thing(), more = thing();
-        if (i < n) scene_rect(&more, -0.3, 0.9, 0.1, 0.6, 3);
-        else scene_rect(&more, 0.3, 50.9, 0.1, 70.6, 3);
+        if (i < n)
+            scene_rect(&more, -0.3, 0.9, 0.1, 0.6, 3);
+        else
+            scene_rect(&more, 0.3, 50.9, 0.1, 70.6, 3);
         ask a = answer(*state, &few, list[i % n], points);
         ask b = answer(*state, &more, list[i % n], points);
         size_t brighter = 0, worst = 0;
@@ -136,16 +142,20 @@ static void triangle_order_does_not_matter(void **state) {
     size_t n;
     const softshadow_light *list = lights(&n);
     for (size_t i = 0; i < n; i++) {
-        ask a = answer(*state, &a_mesh, list[i], points), b = answer(*state, &b_mesh, list[i], points);
-        if (ask_auto(*state)) ask_same_truth(&a, &b, "shuffled triangles");
-        else ask_same_bits(a.visibility, b.visibility, N, "shuffled triangles");
+        ask a = answer(*state, &a_mesh, list[i], points),
+            b = answer(*state, &b_mesh, list[i], points);
+        if (ask_auto(*state))
+            ask_same_truth(&a, &b, "shuffled triangles");
+        else
+            ask_same_bits(a.visibility, b.visibility, N, "shuffled triangles");
         ask_free(&a), ask_free(&b);
     }
     scene_free(&a_mesh), scene_free(&b_mesh);
     free(points);
 }
 
-/* Radius 0 is 0 or 1; a tiny radius is the same but where an edge is nearer than the light is wide. */
+/* Radius 0 is 0 or 1; a tiny radius is the same but where an edge is nearer than the light is wide.
+ */
 static void small_lights_tend_to_points(void **state) {
     double(*points)[3] = grid();
     scene_mesh mesh = thing();
@@ -162,10 +172,9 @@ static void small_lights_tend_to_points(void **state) {
     CHECK(lit > N / 4.0 && lit < N * 0.9, "%g lit: a scene that shows nothing", lit);
     for (size_t i = 0; i < COUNT(radius); i++) {
         for (int type = 0; type < 3; type++) {
-            const softshadow_light list[] = {
-                scene_sphere_light(0.3, 0.45, 8, radius[i]),
-                scene_disk_light(0.3, 0.45, 8, 0, 0, -1, radius[i]),
-                scene_rect_light(0.3, 0.45, 8, radius[i], radius[i])};
+            const softshadow_light list[] = {scene_sphere_light(0.3, 0.45, 8, radius[i]),
+                                             scene_disk_light(0.3, 0.45, 8, 0, 0, -1, radius[i]),
+                                             scene_rect_light(0.3, 0.45, 8, radius[i], radius[i])};
             ask soft = answer(*state, &mesh, list[type], points);
             size_t differ = 0;
             for (size_t k = 0; k < N; k++) differ += soft.visibility[k] != hard.visibility[k];
@@ -182,7 +191,8 @@ static void small_lights_tend_to_points(void **state) {
 }
 
 static void turn3(const double r[9], const double v[3], double out[3]) {
-    for (int k = 0; k < 3; k++) out[k] = r[3 * k] * v[0] + r[3 * k + 1] * v[1] + r[3 * k + 2] * v[2];
+    for (int k = 0; k < 3; k++)
+        out[k] = r[3 * k] * v[0] + r[3 * k + 1] * v[1] + r[3 * k + 2] * v[2];
 }
 
 static void rotations_change_only_the_sampling(void **state) {
