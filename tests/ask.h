@@ -39,9 +39,10 @@
 
 /* Every method the library lists; a test runs once for each. */
 const softshadow_method *ask_methods(size_t *count);
-bool ask_certified(const char *method); /* exact: truth within error_bound, always */
-bool ask_auto(const char *method);      /* answers may differ with the batch, within tolerance */
-/* Certified or statistical or auto: claims the truth. Map methods do not. */
+bool ask_certified(const char *method);  /* truth within error_bound, always */
+bool ask_noise_free(const char *method); /* "exact", and whatever is certified */
+bool ask_auto(const char *method);       /* answers may differ with the batch, within tolerance */
+/* Noise-free, statistical or auto: claims the truth. Map methods do not. */
 bool ask_truthful(const char *method);
 
 typedef struct ask_test {
@@ -67,6 +68,10 @@ typedef struct ask {
     float *visibility, *bound; /* allocated by ask_do(); bound: see softshadow_points */
     softshadow_stats stats;
 } ask;
+
+/* How far the truth may be from answer i: its bound; without one 1/64, the most that a noise-free
+ * method may be off by. */
+double ask_claim(const ask *question, size_t i);
 
 /* Defaults, and `samples` light samples (0: what the tolerance needs). */
 ask ask_new(const char *method, const scene_mesh *mesh, softshadow_light light,

@@ -57,7 +57,7 @@ static void free_pool(ask *all, double *truth) {
 static void judge_pool(ask *all, double *truth, const char *what, double slack) {
     /* The worst of thousands of points of scenes with a dozen edges before the light at once: twice
      * the 1/64 of a single edge. The certified bound holds at every one of them. */
-    const double max = ask_certified(all->method) ? 2.0 / 64 : truth_max(all->method);
+    const double max = ask_noise_free(all->method) ? 2.0 / 64 : truth_max(all->method);
     ask_compare(all, truth, what, 1.0 / 256, max, slack + 1e-6);
     free_pool(all, truth);
 }
