@@ -10,7 +10,8 @@ PROOF_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests $(CMOCKA_CFLAGS)
 PROOF_LIBS = libsoftshadow-proof.la libsoftshadow.la $(CMOCKA_LIBS) -lm -lpthread
 
 oracles = tests/oracle/self
-proofs = %D%/closed_forms %D%/relations %D%/bits %D%/inputs %D%/random_scenes
+proofs = %D%/closed_forms %D%/relations %D%/bits %D%/inputs \
+  %D%/measures %D%/random_scenes
 check_PROGRAMS += $(oracles) $(proofs)
 TESTS += $(oracles) $(proofs)
 
@@ -25,6 +26,8 @@ tests_oracle_self_LDADD = $(PROOF_LIBS)
 %C%_bits_LDADD = $(PROOF_LIBS)
 %C%_inputs_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_inputs_LDADD = $(PROOF_LIBS)
+%C%_measures_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_measures_LDADD = $(PROOF_LIBS)
 %C%_random_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_random_scenes_LDADD = $(PROOF_LIBS)
 endif
