@@ -79,7 +79,8 @@ typedef struct scene_entry {
     const char *name;
     void (*make)(scene_mesh *mesh);
     double centre[3], radius; /* of the casters' bounding sphere */
-    double medium;            /* light radius for about a quarter of the points in penumbra */
+    double medium; /* light radius for 25 % of the camera points (ground z = 0 and casters) in
+                      penumbra */
     scene_camera camera;
 } scene_entry;
 
