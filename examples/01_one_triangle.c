@@ -3,7 +3,8 @@
 #include <stdio.h>
 
 int main(void) {
-    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1}, floor[] = {0, 0, 0, 0.6f, 0, 0, 3, 0, 0};
+    const float corners[] = {-1, 1, -1, 1, 1, -1, 0, 1, 1},
+                floor[] = {0, 0, 0, 0.6f, 0, 0, 3, 0, 0};
     const uint32_t indices[] = {0, 1, 2};
     float visibility[3];
 
@@ -27,6 +28,7 @@ int main(void) {
         fprintf(stderr, "%s\n", softshadow_last_message(s));
         return 1;
     }
-    for (int i = 0; i < 3; i++) printf("x = %.1f sees %.3f of the lamp\n", floor[3 * i], visibility[i]);
+    for (int i = 0; i < 3; i++)
+        printf("x = %.1f sees %.3f of the lamp\n", floor[3 * i], visibility[i]);
     softshadow_destroy(s);
 }

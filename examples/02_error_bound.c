@@ -48,8 +48,8 @@ int main(void) {
     }
     puts("      x  fraction  +-bound     truth");
     for (int i = 0; i < POINTS; i++) /* half-way up: the edge's shadow moves as the point does */
-        printf("%7.2f  %8.5f  %.5f  %8.5f\n", positions[i][0], (double)visibility[i], (double)bound[i],
-               disk_beyond(-positions[i][0] / light.radius));
+        printf("%7.2f  %8.5f  %.5f  %8.5f\n", positions[i][0], (double)visibility[i],
+               (double)bound[i], disk_beyond(-positions[i][0] / light.radius));
     softshadow_destroy(s);
     return 0;
 }

@@ -1,5 +1,5 @@
-/* A host that does without: the library is loaded when it is there, and its version checked. Only the
- * header is needed to build this; link with -ldl alone.
+/* A host that does without: the library is loaded when it is there, and its version checked. Only
+ * the header is needed to build this; link with -ldl alone.
  *
  *     ./05_dlopen [PATH_OF_LIBRARY]
  *
@@ -44,7 +44,8 @@ static int load(const char *path) {
     const uint32_t version = ss.version();
     if (version / 10000 != SOFTSHADOW_VERSION_MAJOR || version < SOFTSHADOW_VERSION)
         return fprintf(stderr, "no soft shadows: version %u, %u or a later 1.x is wanted\n",
-                       (unsigned)version, (unsigned)SOFTSHADOW_VERSION), 0;
+                       (unsigned)version, (unsigned)SOFTSHADOW_VERSION),
+               0;
     return 1;
 }
 

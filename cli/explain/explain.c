@@ -51,41 +51,74 @@ static bool take_file(void *into, const char *value, cli_error *error) {
 static bool parse(request *r, int argc, char **argv, char ***meshes, int *mesh_count, int *status) {
     static const char *const headings[] = {"Point", "Lights and method", "Running", NULL};
     cli_option build[CLI_BUILD_TABLE], run[CLI_RUN_TABLE];
-    const cli_option own[] = {
-        {.name = "at", .kind = CLI_REALS, .argument = "X,Y,Z", .into = r->at, .length = 3,
-         .given = &r->at_given, .help = "the point"},
-        {.name = "normal", .kind = CLI_REALS, .argument = "X,Y,Z", .into = r->normal, .length = 3,
-         .given = &r->normal_given, .help = "what lies below its horizon is hidden (none)"},
-        {.name = "primitive", .kind = CLI_TAKE, .argument = "MESH:TRIANGLE", .into = r,
-         .take = take_primitive, .help = "what the point lies on, counted from 0 (what touches it)"},
-        {.name = "output", .letter = 'o', .kind = CLI_TAKE, .argument = "FILE", .into = r,
-         .take = take_file,
-         .help = "picture of the light as the point sees it (.png .exr .tif):\n"
-                 "white is seen, each triangle that hides has a colour"},
-        {.name = "size", .letter = 's', .kind = CLI_UINT, .argument = "N", .into = &r->size, .low = 1,
-         .high = 4096, .help = "side of that picture; more tells finer fractions (512)"},
-        {.name = "top", .kind = CLI_UINT, .argument = "N", .into = &r->top, .low = 0,
-         .high = UINT32_MAX, .help = "list at most so many triangles (20)"},
-        {0}};
+    const cli_option own[] = {{.name = "at",
+                               .kind = CLI_REALS,
+                               .argument = "X,Y,Z",
+                               .into = r->at,
+                               .length = 3,
+                               .given = &r->at_given,
+                               .help = "the point"},
+                              {.name = "normal",
+                               .kind = CLI_REALS,
+                               .argument = "X,Y,Z",
+                               .into = r->normal,
+                               .length = 3,
+                               .given = &r->normal_given,
+                               .help = "what lies below its horizon is hidden (none)"},
+                              {.name = "primitive",
+                               .kind = CLI_TAKE,
+                               .argument = "MESH:TRIANGLE",
+                               .into = r,
+                               .take = take_primitive,
+                               .help = "what the point lies on, counted from 0 (what touches it)"},
+                              {.name = "output",
+                               .letter = 'o',
+                               .kind = CLI_TAKE,
+                               .argument = "FILE",
+                               .into = r,
+                               .take = take_file,
+                               .help =
+                                   "picture of the light as the point sees it (.png .exr .tif):\n"
+                                   "white is seen, each triangle that hides has a colour"},
+                              {.name = "size",
+                               .letter = 's',
+                               .kind = CLI_UINT,
+                               .argument = "N",
+                               .into = &r->size,
+                               .low = 1,
+                               .high = 4096,
+                               .help = "side of that picture; more tells finer fractions (512)"},
+                              {.name = "top",
+                               .kind = CLI_UINT,
+                               .argument = "N",
+                               .into = &r->top,
+                               .low = 0,
+                               .high = UINT32_MAX,
+                               .help = "list at most so many triangles (20)"},
+                              {0}};
     const cli_command command = {
         .name = "explain",
         .usage = "MESH... --light LIGHT --at X,Y,Z [OPTION...]",
-        .about = "Tells which triangles hide how much of a light from one point, and draws the light as\n"
+        .about = "Tells which triangles hide how much of a light from one point, and draws the "
+                 "light as\n"
                  "that point sees it. Every light is told, one after the other.",
         .table_names = headings,
         .tables = {own, build, run},
         .more = "Example:\n"
-                "  softshadow explain bunny.obj --light sphere:3,4,2,0.5 --at -1,-0.99,-0.4 -o light.png\n"};
+                "  softshadow explain bunny.obj --light sphere:3,4,2,0.5 --at -1,-0.99,-0.4 -o "
+                "light.png\n"};
     cli_build_options_tables(&r->build, build, run);
     return cli_options_parse(&command, argc, argv, meshes, mesh_count, status);
 }
 
 static bool check(request *r, int mesh_count, cli_error *error) {
     if (!mesh_count)
-        return cli_fail(error, CLI_USAGE, "a mesh is missing, OBJ, PLY, STL and OFF files are allowed");
+        return cli_fail(error, CLI_USAGE,
+                        "a mesh is missing, OBJ, PLY, STL and OFF files are allowed");
     if (!r->at_given) return cli_fail(error, CLI_USAGE, "--at X,Y,Z is missing");
     if (r->file && r->build.light_count > 1)
-        return cli_fail(error, CLI_USAGE, "-o: one --light is allowed, there are %u", r->build.light_count);
+        return cli_fail(error, CLI_USAGE, "-o: one --light is allowed, there are %u",
+                        r->build.light_count);
     return cli_build_options_finish(&r->build, error);
 }
 
@@ -106,7 +139,8 @@ static void tell_hiders(const request *r, const hiders *h) {
     if (rest) printf("      %zu more  %.5f\n", h->count - r->top, (double)rest / whole);
 }
 
-static bool tell(const request *r, const softshadow_explanation *e, const hiders *h, cli_error *error) {
+static bool tell(const request *r, const softshadow_explanation *e, const hiders *h,
+                 cli_error *error) {
     printf("light %u at %.9g %.9g %.9g\n", e->light, e->centre[0], e->centre[1], e->centre[2]);
     printf("visibility %.6f, hidden by %llu triangle%s\n", (double)e->visibility,
            (unsigned long long)e->triangles, e->triangles == 1 ? "" : "s");
@@ -122,7 +156,8 @@ static void colour(const softshadow_explanation *e, size_t i, float rgb[3]) {
         hiders_colour(e->hider[i], rgb);
         return;
     }
-    /* Around the light it is dark; what the horizon hides, no triangle does, is a little less so. */
+    /* Around the light it is dark; what the horizon hides, no triangle does, is a little less so.
+     */
     const float grey = isnan(e->image[i]) ? 0.06f : e->image[i] < 0.5f ? 0.18f : 1;
     rgb[0] = rgb[1] = rgb[2] = grey;
 }
@@ -132,15 +167,19 @@ static bool write_picture(const request *r, const softshadow_explanation *e, con
     const char *const metadata[] = {"Software", "softshadow explain", NULL};
     const image_plane planes[] = {
         {"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}, {"visibility", e->image, 1}};
-    const image_picture picture = {.width = e->size, .height = e->size, .planes = planes,
+    const image_picture picture = {.width = e->size,
+                                   .height = e->size,
+                                   .planes = planes,
                                    .plane_count = r->format == IMAGE_PNG ? 3 : 4,
-                                   .srgb = true, .metadata = metadata};
+                                   .srgb = true,
+                                   .metadata = metadata};
     void *bytes = NULL;
     size_t size = 0;
     char why[IMAGE_WHY] = "";
     if (!module->encode(&picture, r->format, &bytes, &size, why))
         return cli_fail(error, CLI_FAILED, "%s: %s", output->name, why);
-    const bool done = cli_output_write(output, bytes, size, error) && cli_output_commit(output, error);
+    const bool done =
+        cli_output_write(output, bytes, size, error) && cli_output_commit(output, error);
     module->free_bytes(bytes);
     if (done && !r->build.quiet) fprintf(stderr, "wrote %s\n", r->file);
     return done;

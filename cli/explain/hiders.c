@@ -49,11 +49,12 @@ void hiders_free(hiders *h) {
     h->list = NULL;
 }
 
-/* Neighbouring triangles have neighbouring numbers: golden-angle steps around the colour circle keep
- * those apart. A triangle has the same colour from every point. */
+/* Neighbouring triangles have neighbouring numbers: golden-angle steps around the colour circle
+ * keep those apart. A triangle has the same colour from every point. */
 void hiders_colour(uint64_t primitive, float rgb[3]) {
     static const double offset[3] = {0, 2 * M_PI / 3, 4 * M_PI / 3};
     const double golden = 2.399963229728653; /* pi (3 - sqrt 5) */
-    const double hue = fmod(golden * (double)(primitive & UINT32_MAX), 2 * M_PI) + (double)(primitive >> 32);
+    const double hue =
+        fmod(golden * (double)(primitive & UINT32_MAX), 2 * M_PI) + (double)(primitive >> 32);
     for (int c = 0; c < 3; c++) rgb[c] = (float)(0.45 + 0.35 * cos(hue - offset[c]));
 }

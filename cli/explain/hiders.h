@@ -13,7 +13,7 @@ typedef struct hider {
 } hider;
 
 typedef struct hiders {
-    hider *list;     /* most first; of equal ones the lower number */
+    hider *list; /* most first; of equal ones the lower number */
     size_t count;
     uint64_t pixels; /* that are part of the light */
     uint64_t hidden; /* of these */

@@ -12,7 +12,8 @@ bool image_format_of(const char *path, image_format *format) {
     static const struct {
         const char *end;
         image_format format;
-    } ends[] = {{".exr", IMAGE_EXR}, {".png", IMAGE_PNG}, {".tif", IMAGE_TIFF}, {".tiff", IMAGE_TIFF}};
+    } ends[] = {
+        {".exr", IMAGE_EXR}, {".png", IMAGE_PNG}, {".tif", IMAGE_TIFF}, {".tiff", IMAGE_TIFF}};
     const char *dot = strrchr(path, '.');
     for (size_t i = 0; dot && i < sizeof ends / sizeof *ends; i++) {
         if (strcasecmp(dot, ends[i].end) != 0) continue;
@@ -76,13 +77,14 @@ bool image_find_positions(const image_info *info, const char *which, const char 
     if (!find_positions(info, which, channel))
         return cli_fail(error, CLI_FAILED,
                         "%s: has no channels of positions: P.X P.Y P.Z, LAYER.Position.X .Y .Z or "
-                        "R G B are wanted", shown);
+                        "R G B are wanted",
+                        shown);
     for (int axis = 0; axis < 3; axis++) {
         const image_channel *c = &info->channels[channel[axis]];
         if (c->type == IMAGE_FLOAT || c->type == IMAGE_DOUBLE) continue;
         return cli_fail(error, CLI_FAILED,
-                        "%s: channel %.60s holds %s: positions must be 32-bit floats", shown, c->name,
-                        c->type == IMAGE_HALF ? "half floats" : "integers");
+                        "%s: channel %.60s holds %s: positions must be 32-bit floats", shown,
+                        c->name, c->type == IMAGE_HALF ? "half floats" : "integers");
     }
     return true;
 }

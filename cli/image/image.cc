@@ -50,10 +50,14 @@ template <class Body> bool guarded(char *why, Body body) noexcept {
 
 image_type type_of(TypeDesc type) {
     switch (type.basetype) {
-    case TypeDesc::HALF: return IMAGE_HALF;
-    case TypeDesc::FLOAT: return IMAGE_FLOAT;
-    case TypeDesc::DOUBLE: return IMAGE_DOUBLE;
-    default: return IMAGE_INTEGER;
+    case TypeDesc::HALF:
+        return IMAGE_HALF;
+    case TypeDesc::FLOAT:
+        return IMAGE_FLOAT;
+    case TypeDesc::DOUBLE:
+        return IMAGE_DOUBLE;
+    default:
+        return IMAGE_INTEGER;
     }
 }
 
@@ -68,7 +72,8 @@ bool open_file(std::unique_ptr<image_file> &out, const char *path, char *why) {
         spec.nchannels <= 0 || spec.nchannels > IMAGE_MAX_CHANNELS || spec.deep)
         return refuse(why, std::string(path) + ": a flat image of up to 2^30 pixels is wanted");
     for (int c = 0; c < spec.nchannels; c++)
-        made->channels.push_back({spec.channelnames[size_t(c)].c_str(), type_of(spec.channelformat(c))});
+        made->channels.push_back(
+            {spec.channelnames[size_t(c)].c_str(), type_of(spec.channelformat(c))});
     out = std::move(made);
     return true;
 }
@@ -102,9 +107,12 @@ bool image_read(image_file *image, uint32_t channel, float *values, size_t strid
 
 const char *name_of(image_format format) {
     switch (format) {
-    case IMAGE_PNG: return "png";
-    case IMAGE_TIFF: return "tiff";
-    default: return "openexr";
+    case IMAGE_PNG:
+        return "png";
+    case IMAGE_TIFF:
+        return "tiff";
+    default:
+        return "openexr";
     }
 }
 
@@ -181,7 +189,8 @@ struct kept_channel {
 };
 
 // The output's spec: the input's, less what is replaced, plus what is added, in float.
-ImageSpec spec_like(const ImageSpec &in, const image_picture *added, std::vector<kept_channel> &kept) {
+ImageSpec spec_like(const ImageSpec &in, const image_picture *added,
+                    std::vector<kept_channel> &kept) {
     ImageSpec out = in;
     out.channelnames.clear();
     out.channelformats.clear();
@@ -207,7 +216,8 @@ ImageSpec spec_like(const ImageSpec &in, const image_picture *added, std::vector
     return out;
 }
 
-bool encode_like(image_file *from, const image_picture *added, std::vector<unsigned char> &file, char *why) {
+bool encode_like(image_file *from, const image_picture *added, std::vector<unsigned char> &file,
+                 char *why) {
     const ImageSpec &in = from->input->spec();
     if (added->width != uint32_t(in.width) || added->height != uint32_t(in.height))
         return refuse(why, from->path + ": the planes to add have another size");

@@ -1,8 +1,8 @@
 /* image.h - what the command line asks of image files.
  *
- * OpenImageIO brings 260 shared objects and 170 ms of loading with it, so it lives in a module of its
- * own, softshadow-image.so, which only commands that touch an image load (image_load()). Between the
- * two stands this plain C interface; no C++ exception crosses it.
+ * OpenImageIO brings 260 shared objects and 170 ms of loading with it, so it lives in a module of
+ * its own, softshadow-image.so, which only commands that touch an image load (image_load()).
+ * Between the two stands this plain C interface; no C++ exception crosses it.
  *
  * Files are encoded into memory and written by the caller: OpenImageIO reports success for a PNG
  * that met a full disk, and output.h has the one place that writes a file safely. */
@@ -65,7 +65,8 @@ typedef struct image_module {
     void (*close)(image_file *image);
     void (*about)(const image_file *image, image_info *info);
 
-    /* Reads one channel of the whole image as float: width x height values, `stride` floats apart. */
+    /* Reads one channel of the whole image as float: width x height values, `stride` floats apart.
+     */
     bool (*read)(image_file *image, uint32_t channel, float *values, size_t stride, char *why);
 
     /* Makes a file in memory: EXR and TIFF hold 32-bit floats, PNG 8 bits, clamped to 0..1. */
@@ -99,7 +100,8 @@ bool image_format_of(const char *path, image_format *format);
 bool image_find_positions(const image_info *info, const char *which, const char *path,
                           uint32_t channel[3], cli_error *error);
 
-/* Likewise normals: N.X N.Y N.Z or LAYER.Normal.X ...; half floats will do. False if there are none. */
+/* Likewise normals: N.X N.Y N.Z or LAYER.Normal.X ...; half floats will do. False if there are
+ * none. */
 bool image_find_normals(const image_info *info, uint32_t channel[3]);
 
 #ifdef __cplusplus

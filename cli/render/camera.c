@@ -27,10 +27,12 @@ bool camera_parse(viewpoint *out, const char *text, cli_error *error) {
     if (good && at < end)
         good = slash(&at, end) && cli_number_double(&at, end, &out->fov) == CLI_NUMBER_OK;
     if (!good || at != end)
-        return cli_fail(error, CLI_USAGE, "--camera: %s is none, EX,EY,EZ/TX,TY,TZ/FOV_DEGREES is allowed",
+        return cli_fail(error, CLI_USAGE,
+                        "--camera: %s is none, EX,EY,EZ/TX,TY,TZ/FOV_DEGREES is allowed",
                         cli_show(&shown, text, strlen(text)));
     if (!(out->fov >= 0.01 && out->fov <= 170))
-        return cli_fail(error, CLI_USAGE, "--camera: a field of view of %g degrees, 0.01 to 170 is allowed",
+        return cli_fail(error, CLI_USAGE,
+                        "--camera: a field of view of %g degrees, 0.01 to 170 is allowed",
                         out->fov);
     return true;
 }
@@ -51,8 +53,8 @@ bool camera_aim(viewpoint *camera, char up, uint32_t width, uint32_t height, cli
     return true;
 }
 
-/* How far back the eye must be for a corner, seen from the centre, to stay within the picture's inner
- * part. */
+/* How far back the eye must be for a corner, seen from the centre, to stay within the picture's
+ * inner part. */
 static double distance_for(const viewpoint *c, vector corner) {
     const double inner = 0.78; /* the rest is air, and room for shadows */
     const double x = fabs(vector_dot(corner, c->right)) / (inner * c->tan_x);
@@ -60,7 +62,8 @@ static double distance_for(const viewpoint *c, vector corner) {
     return fmax(x, y) - vector_dot(corner, c->forward);
 }
 
-void camera_frame(viewpoint *out, const double bounds[6], char up, uint32_t width, uint32_t height) {
+void camera_frame(viewpoint *out, const double bounds[6], char up, uint32_t width,
+                  uint32_t height) {
     const vector low = vector_of(bounds), high = vector_of(bounds + 3);
     const vector centre = vector_scale(vector_add(low, high), 0.5);
     const vector half = vector_scale(vector_sub(high, low), 0.5);

@@ -22,7 +22,8 @@ static bool list_around(facing *out, const raster_surface *surface) {
     size_t *next = out->first + 1; /* next[v] is where v's list goes on, and in the end its end */
     for (size_t i = 0; i < corners; i++) next[surface->indices[i] + 1]++;
     for (size_t v = 0; v < surface->vertex_count; v++) next[v + 1] += next[v];
-    for (size_t i = 0; i < corners; i++) out->around[next[surface->indices[i]]++] = (uint32_t)(i / 3);
+    for (size_t i = 0; i < corners; i++)
+        out->around[next[surface->indices[i]]++] = (uint32_t)(i / 3);
     return true;
 }
 

@@ -1,7 +1,7 @@
 /* normals.h - which way a surface faces, flat or smooth.
  *
- * Smooth: at a corner the faces around its vertex are averaged, weighted by their area, but only those
- * that turn less than 40 degrees from this one: a cube keeps its edges though its faces share
+ * Smooth: at a corner the faces around its vertex are averaged, weighted by their area, but only
+ * those that turn less than 40 degrees from this one: a cube keeps its edges though its faces share
  * vertices. */
 #ifndef CLI_RENDER_NORMALS_H
 #define CLI_RENDER_NORMALS_H

@@ -32,7 +32,8 @@ static bool band_make(band *b, const picture *p) {
     if (rows < 1) rows = 1;
     if (rows > p->height) rows = p->height;
     const size_t room = (size_t)p->width * p->aa * rows * p->aa;
-    *b = (band){.rays = {.width = p->width * p->aa, .height = p->height * p->aa, .rows = rows * p->aa}};
+    *b = (band){
+        .rays = {.width = p->width * p->aa, .height = p->height * p->aa, .rows = rows * p->aa}};
     b->rays.hits = malloc(room * sizeof *b->rays.hits);
     b->ray = malloc(room * sizeof *b->ray);
     b->position = malloc(room * 3 * sizeof *b->position);
@@ -43,7 +44,8 @@ static bool band_make(band *b, const picture *p) {
 }
 
 static void band_free(band *b) {
-    void *const owned[] = {b->rays.hits, b->ray, b->position, b->normal, b->primitive, b->visibility};
+    void *const owned[] = {b->rays.hits, b->ray,       b->position,
+                           b->normal,    b->primitive, b->visibility};
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) free(owned[i]);
 }
 
@@ -53,14 +55,15 @@ static void take_hit(band *b, const picture *p, uint32_t column, uint32_t row) {
     const raster_hit hit = b->rays.hits[number];
     if (hit.surface == RASTER_NONE) return;
     const raster_surface *surface = &p->surfaces[hit.surface];
-    const vector ray = raster_ray(&p->camera, b->rays.width, b->rays.height, column,
-                                  b->rays.first_row + row);
+    const vector ray =
+        raster_ray(&p->camera, b->rays.width, b->rays.height, column, b->rays.first_row + row);
     double weight[3];
     raster_weights(surface, hit.triangle, ray, weight);
     vector at = {0, 0, 0};
     for (int i = 0; i < 3; i++) {
         const uint32_t corner = surface->indices[3 * (size_t)hit.triangle + (size_t)i];
-        at = vector_add(at, vector_scale(vector_of(surface->positions + 3 * (size_t)corner), weight[i]));
+        at = vector_add(
+            at, vector_scale(vector_of(surface->positions + 3 * (size_t)corner), weight[i]));
     }
     const facing *n = &p->normals[hit.surface];
     const vector face = normals_flat(n, hit.triangle);
@@ -100,8 +103,8 @@ static bool ask(band *b, cli_scene *scene, cli_error *error) {
     softshadow_points points = points_of(b->position, b->normal, b->primitive, b->count);
     for (uint32_t light = 0; light < scene->light_count; light++) {
         points.light = light;
-        const softshadow_status status = softshadow_query_visibility(
-            scene->handle, &points, b->visibility + light * b->count);
+        const softshadow_status status =
+            softshadow_query_visibility(scene->handle, &points, b->visibility + light * b->count);
         if (status != SOFTSHADOW_OK) return cli_scene_fail(scene, status, NULL, error);
     }
     return true;
@@ -109,8 +112,8 @@ static bool ask(band *b, cli_scene *scene, cli_error *error) {
 
 /* How much of the ground is left so far out. */
 static double ground_left(const picture *p, vector at) {
-    const double t = (vector_length(vector_sub(at, p->centre)) / p->radius - fade_from) /
-                     (fade_to - fade_from);
+    const double t =
+        (vector_length(vector_sub(at, p->centre)) / p->radius - fade_from) / (fade_to - fade_from);
     if (t <= 0) return 1;
     return t >= 1 ? 0 : (1 - t) * (1 - t) * (1 + 2 * t);
 }
@@ -128,7 +131,8 @@ static void shade(const band *b, const picture *p, size_t i, float rgba[4], floa
         const float seen = b->visibility[l * b->count + i];
         /* A point the library has no answer for (outside --bounds) is shown as not lit. */
         light += shade_irradiance(&p->build->lights[l], p->build->build.weighting, p->centre, at,
-                                  normal, seen > 0 ? seen : 0) / p->build->light_count;
+                                  normal, seen > 0 ? seen : 0) /
+                 p->build->light_count;
         visibility[l] += (float)part * (seen - 1);
     }
     const double *albedo = is_ground ? p->ground_albedo : p->albedo;

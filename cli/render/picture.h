@@ -1,7 +1,8 @@
 /* picture.h - from a built scene and a camera to planes of pixels.
  *
- * The picture is made in bands of rows, so that memory stays bounded for any size and number of rays:
- * the first triangle of each ray, the visibility of what was met (one batch a light), shading. */
+ * The picture is made in bands of rows, so that memory stays bounded for any size and number of
+ * rays: the first triangle of each ray, the visibility of what was met (one batch a light),
+ * shading. */
 #ifndef CLI_RENDER_PICTURE_H
 #define CLI_RENDER_PICTURE_H
 
@@ -28,10 +29,12 @@ typedef struct picture {
     double radius;
 
     /* what is made: width x height each */
-    float *beauty;     /* r g b a, linear, not multiplied out of the background: premultiplied */
-    float *visibility; /* light_count values a pixel: the mean of what its rays met; 1 for nothing */
-    float *position, *normal; /* three values a pixel: of the ray in the pixel's middle; 0 for nothing */
-    float *depth;      /* along the camera's forward axis; 0 for nothing */
+    float *beauty; /* r g b a, linear, not multiplied out of the background: premultiplied */
+    float
+        *visibility; /* light_count values a pixel: the mean of what its rays met; 1 for nothing */
+    float *position,
+        *normal;  /* three values a pixel: of the ray in the pixel's middle; 0 for nothing */
+    float *depth; /* along the camera's forward axis; 0 for nothing */
     uint64_t points, rays;
 
     double *kept_positions; /* the points for picture_verify() */

@@ -1,8 +1,8 @@
 /* raster.c
  *
- * For corners a, b, c in the camera's frame and a ray d, the edge function d . (b x c) is the volume
- * that d spans with the edge b c: its sign tells the side. Two triangles that share an edge compute
- * the very same number with opposite signs, so no ray slips between them. */
+ * For corners a, b, c in the camera's frame and a ray d, the edge function d . (b x c) is the
+ * volume that d spans with the edge b c: its sign tells the side. Two triangles that share an edge
+ * compute the very same number with opposite signs, so no ray slips between them. */
 #include "raster.h"
 
 #include <stdlib.h>
@@ -26,8 +26,7 @@ static void corners(const raster_surface *surface, size_t number, vector corner[
 
 static triangle setup(const vector corner[3]) {
     triangle t;
-    for (int i = 0; i < 3; i++)
-        t.edge[i] = vector_cross(corner[(i + 1) % 3], corner[(i + 2) % 3]);
+    for (int i = 0; i < 3; i++) t.edge[i] = vector_cross(corner[(i + 1) % 3], corner[(i + 2) % 3]);
     t.volume = vector_dot(corner[0], t.edge[0]);
     return t;
 }
@@ -39,8 +38,8 @@ static int64_t cell(double at, int64_t low, int64_t high) {
 }
 
 /* The columns and rows that may meet the triangle: all of them when it reaches behind the eye. */
-static bool box(const vector corner[3], const raster_band *band, const viewpoint *camera, int64_t x[2],
-                int64_t y[2]) {
+static bool box(const vector corner[3], const raster_band *band, const viewpoint *camera,
+                int64_t x[2], int64_t y[2]) {
     double low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
     int behind = 0;
     for (int i = 0; i < 3; i++) {

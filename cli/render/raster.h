@@ -42,8 +42,8 @@ void raster_fill(raster_band *band, const viewpoint *camera, const raster_surfac
                  uint32_t surface_count);
 
 /* The ray's direction in the camera's frame; its z is 1. */
-static inline vector raster_ray(const viewpoint *c, uint32_t width, uint32_t height, uint32_t column,
-                                uint32_t row) {
+static inline vector raster_ray(const viewpoint *c, uint32_t width, uint32_t height,
+                                uint32_t column, uint32_t row) {
     return (vector){(2 * (column + 0.5) / width - 1) * c->tan_x,
                     (1 - 2 * (row + 0.5) / height) * c->tan_y, 1};
 }

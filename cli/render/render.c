@@ -40,8 +40,8 @@ static bool take_size(void *into, const char *value, cli_error *error) {
     int64_t width, height;
     cli_shown shown;
     if (cli_number_int(&at, end, &width) != CLI_NUMBER_OK || at == end || *at++ != 'x' ||
-        cli_number_int(&at, end, &height) != CLI_NUMBER_OK || at != end || width < 1 || height < 1 ||
-        width > MOST_SIDE || height > MOST_SIDE)
+        cli_number_int(&at, end, &height) != CLI_NUMBER_OK || at != end || width < 1 ||
+        height < 1 || width > MOST_SIDE || height > MOST_SIDE)
         return cli_fail(error, CLI_USAGE, "--size %s: WxH is allowed, both 1 to %d",
                         cli_show(&shown, value, strlen(value)), MOST_SIDE);
     p->width = (uint32_t)width;
@@ -55,7 +55,8 @@ static bool take_ground(void *into, const char *value, cli_error *error) {
     cli_shown shown;
     if (strcmp(value, "on") == 0) return r->ground = INFINITY, true;
     if (strcmp(value, "off") == 0) return r->ground = NAN, true;
-    if (cli_number_double(&at, end, &r->ground) == CLI_NUMBER_OK && at == end && fabs(r->ground) <= 1e15)
+    if (cli_number_double(&at, end, &r->ground) == CLI_NUMBER_OK && at == end &&
+        fabs(r->ground) <= 1e15)
         return true;
     return cli_fail(error, CLI_USAGE, "--ground %s: on, off or a height within +-1e15 is allowed",
                     cli_show(&shown, value, strlen(value)));
@@ -68,12 +69,14 @@ static bool take_aov(void *into, const char *value, cli_error *error) {
     for (const char *at = value;; at++) {
         const size_t length = strcspn(at, ",");
         int which = 0;
-        while (which < 4 && !(strlen(names[which]) == length && memcmp(at, names[which], length) == 0))
+        while (which < 4 &&
+               !(strlen(names[which]) == length && memcmp(at, names[which], length) == 0))
             which++;
         if (which == 4)
-            return cli_fail(error, CLI_USAGE,
-                            "--aov %s: visibility, position, normal, depth are allowed, with commas",
-                            cli_show(&shown, at, length));
+            return cli_fail(
+                error, CLI_USAGE,
+                "--aov %s: visibility, position, normal, depth are allowed, with commas",
+                cli_show(&shown, at, length));
         r->aov |= 1u << which;
         at += length;
         if (!*at) return true;
@@ -86,7 +89,8 @@ static bool take_file(void *into, const char *value, cli_error *error) {
     if (r->file_count == MOST_FILES)
         return cli_fail(error, CLI_USAGE, "-o: at most %d files are allowed", MOST_FILES);
     if (!image_format_of(value, &r->formats[r->file_count]))
-        return cli_fail(error, CLI_USAGE, "-o %s: a name that ends in .exr, .png or .tif is allowed",
+        return cli_fail(error, CLI_USAGE,
+                        "-o %s: a name that ends in .exr, .png or .tif is allowed",
                         cli_show_path(value, shown));
     r->files[r->file_count++] = value;
     return true;
@@ -98,43 +102,98 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *mesh_c
     picture *p = &r->picture;
     cli_option build[CLI_BUILD_TABLE], run[CLI_RUN_TABLE];
     const cli_option own[] = {
-        {.name = "output", .letter = 'o', .kind = CLI_TAKE, .argument = "FILE", .into = r,
+        {.name = "output",
+         .letter = 'o',
+         .kind = CLI_TAKE,
+         .argument = "FILE",
+         .into = r,
          .take = take_file,
          .help = "FILE.exr: linear floats, RGBA and --aov; FILE.png: 8 bits,\n"
                  "sRGB, over a grey background; FILE.tif: as EXR. May be repeated"},
-        {.name = "size", .letter = 's', .kind = CLI_TAKE, .argument = "WxH", .into = r,
-         .take = take_size, .help = "in pixels (800x600)"},
-        {.name = "camera", .letter = 'c', .kind = CLI_TAKE, .argument = "EX,EY,EZ/TX,TY,TZ/FOV",
-         .into = r, .take = take_camera,
-         .help = "eye, target, and the field of view across the shorter\nside in degrees (frames the meshes)"},
-        {.name = "up", .kind = CLI_CHOICE, .argument = "y|z", .into = &r->up, .choices = ups,
+        {.name = "size",
+         .letter = 's',
+         .kind = CLI_TAKE,
+         .argument = "WxH",
+         .into = r,
+         .take = take_size,
+         .help = "in pixels (800x600)"},
+        {.name = "camera",
+         .letter = 'c',
+         .kind = CLI_TAKE,
+         .argument = "EX,EY,EZ/TX,TY,TZ/FOV",
+         .into = r,
+         .take = take_camera,
+         .help = "eye, target, and the field of view across the shorter\nside in degrees (frames "
+                 "the meshes)"},
+        {.name = "up",
+         .kind = CLI_CHOICE,
+         .argument = "y|z",
+         .into = &r->up,
+         .choices = ups,
          .help = "the axis that points to the sky (y)"},
-        {.name = "ground", .kind = CLI_TAKE, .argument = "on|off|HEIGHT", .into = r, .take = take_ground,
+        {.name = "ground",
+         .kind = CLI_TAKE,
+         .argument = "on|off|HEIGHT",
+         .into = r,
+         .take = take_ground,
          .help = "a floor that receives shadows and casts none (on: just\nunder the meshes)"},
-        {.name = "shading", .kind = CLI_CHOICE, .argument = "KIND", .into = &r->shading,
-         .choices = shadings, .help = "smooth: creases of 40 degrees and more stay; flat (smooth)"},
-        {.name = "aa", .kind = CLI_UINT, .argument = "N", .into = &p->aa, .low = 1, .high = 16,
+        {.name = "shading",
+         .kind = CLI_CHOICE,
+         .argument = "KIND",
+         .into = &r->shading,
+         .choices = shadings,
+         .help = "smooth: creases of 40 degrees and more stay; flat (smooth)"},
+        {.name = "aa",
+         .kind = CLI_UINT,
+         .argument = "N",
+         .into = &p->aa,
+         .low = 1,
+         .high = 16,
          .help = "N x N rays a pixel (2)"},
-        {.name = "albedo", .kind = CLI_REALS, .argument = "R,G,B", .into = p->albedo, .length = 3,
+        {.name = "albedo",
+         .kind = CLI_REALS,
+         .argument = "R,G,B",
+         .into = p->albedo,
+         .length = 3,
          .help = "of the meshes (0.7,0.66,0.6)"},
-        {.name = "ground-albedo", .kind = CLI_REALS, .argument = "R,G,B", .into = p->ground_albedo,
-         .length = 3, .help = "(0.55,0.55,0.55)"},
-        {.name = "ambient", .kind = CLI_REAL, .argument = "A", .into = &p->ambient, .low = 0, .high = 1e6,
+        {.name = "ground-albedo",
+         .kind = CLI_REALS,
+         .argument = "R,G,B",
+         .into = p->ground_albedo,
+         .length = 3,
+         .help = "(0.55,0.55,0.55)"},
+        {.name = "ambient",
+         .kind = CLI_REAL,
+         .argument = "A",
+         .into = &p->ambient,
+         .low = 0,
+         .high = 1e6,
          .help = "light that no shadow takes away (0.06)"},
-        {.name = "exposure", .kind = CLI_REAL, .argument = "EV", .into = &r->exposure, .low = -32,
-         .high = 32, .help = "of a PNG, in stops (0: what the lights, all together,\n"
-                             "give at the meshes' centre is 1)"},
-        {.name = "aov", .kind = CLI_TAKE, .argument = "LIST", .into = r, .take = take_aov,
+        {.name = "exposure",
+         .kind = CLI_REAL,
+         .argument = "EV",
+         .into = &r->exposure,
+         .low = -32,
+         .high = 32,
+         .help = "of a PNG, in stops (0: what the lights, all together,\n"
+                 "give at the meshes' centre is 1)"},
+        {.name = "aov",
+         .kind = CLI_TAKE,
+         .argument = "LIST",
+         .into = r,
+         .take = take_aov,
          .help = "further channels of an EXR or TIFF: visibility,position,\nnormal,depth"},
         {0}};
     const cli_command command = {
         .name = "render",
         .usage = "MESH... --light LIGHT -o FILE [OPTION...]",
-        .about = "Renders a preview: the meshes on a ground, diffuse, under the lights with their soft\n"
-                 "shadows. What was made, and in what time, is told on stderr.",
+        .about =
+            "Renders a preview: the meshes on a ground, diffuse, under the lights with their soft\n"
+            "shadows. What was made, and in what time, is told on stderr.",
         .table_names = headings,
         .tables = {own, build, run},
-        .more = "--tolerance is N/128 with --aa N unless it or --samples is given: a pixel is the mean of its\n"
+        .more = "--tolerance is N/128 with --aa N unless it or --samples is given: a pixel is the "
+                "mean of its\n"
                 "rays.\n\nExamples:\n"
                 "  softshadow render bunny.obj --light sphere:3,4,2,0.5 -o bunny.png\n"
                 "  softshadow render a.ply b.ply --up z --light sun:1,1,-2,0.27 --aa 1 \\\n"
@@ -155,12 +214,14 @@ static void choose_tolerance(request *r) {
 
 static bool check(request *r, int mesh_count, cli_error *error) {
     if (!mesh_count)
-        return cli_fail(error, CLI_USAGE, "a mesh is missing, OBJ, PLY, STL and OFF files are allowed");
+        return cli_fail(error, CLI_USAGE,
+                        "a mesh is missing, OBJ, PLY, STL and OFF files are allowed");
     if (!r->file_count) return cli_fail(error, CLI_USAGE, "-o FILE.exr or FILE.png is missing");
     bool room = false;
     for (uint32_t i = 0; i < r->file_count; i++) room |= r->formats[i] != IMAGE_PNG;
     if (r->aov && !room)
-        return cli_fail(error, CLI_USAGE, "--aov: a PNG has no room for it, -o FILE.exr is allowed");
+        return cli_fail(error, CLI_USAGE,
+                        "--aov: a PNG has no room for it, -o FILE.exr is allowed");
     for (int c = 0; c < 3; c++)
         if (r->picture.albedo[c] < 0 || r->picture.ground_albedo[c] < 0)
             return cli_fail(error, CLI_USAGE, "--albedo: 0 and more is allowed");
@@ -170,8 +231,8 @@ static bool check(request *r, int mesh_count, cli_error *error) {
 
 /* ---- Files ----------------------------------------------------------------------------------*/
 
-static void add_plane(image_picture *out, image_plane *planes, const char *name, const float *values,
-                      size_t stride) {
+static void add_plane(image_picture *out, image_plane *planes, const char *name,
+                      const float *values, size_t stride) {
     planes[out->plane_count++] = (image_plane){name, values, stride};
 }
 
@@ -190,7 +251,8 @@ static void add_visibility(image_picture *out, image_plane *planes, const pictur
     }
 }
 
-/* What a PNG shows: the picture over a grey that is lighter below, exposed, encoded for a screen. */
+/* What a PNG shows: the picture over a grey that is lighter below, exposed, encoded for a screen.
+ */
 static float *develop(const request *r) {
     const picture *p = &r->picture;
     const float gain = (float)exp2(r->exposure);
@@ -215,19 +277,22 @@ static bool write_file(const image_module *module, const image_picture *image, i
     char why[IMAGE_WHY] = "";
     if (!module->encode(image, format, &bytes, &size, why))
         return cli_fail(error, CLI_FAILED, "%s: %s", output->name, why);
-    const bool done = cli_output_write(output, bytes, size, error) && cli_output_commit(output, error);
+    const bool done =
+        cli_output_write(output, bytes, size, error) && cli_output_commit(output, error);
     module->free_bytes(bytes);
     return done;
 }
 
 static bool write_linear(const request *r, image_format format, const image_module *module,
                          const char *const *metadata, cli_output *output, cli_error *error) {
-    static const char *const position[3] = {"P.X", "P.Y", "P.Z"}, *const normal[3] = {"N.X", "N.Y", "N.Z"};
+    static const char *const position[3] = {"P.X", "P.Y", "P.Z"}, *const normal[3] = {"N.X", "N.Y",
+                                                                                      "N.Z"};
     static const char *const beauty[4] = {"R", "G", "B", "A"};
     const picture *p = &r->picture;
     image_plane planes[MOST_PLANES];
     char names[CLI_MOST_LIGHTS][24];
-    image_picture image = {.width = p->width, .height = p->height, .planes = planes, .metadata = metadata};
+    image_picture image = {
+        .width = p->width, .height = p->height, .planes = planes, .metadata = metadata};
     for (size_t c = 0; c < 4; c++) add_plane(&image, planes, beauty[c], p->beauty + c, 4);
     if (r->aov & AOV_VISIBILITY) add_visibility(&image, planes, p, names);
     if (r->aov & AOV_POSITION) add_three(&image, planes, position, p->position);
@@ -243,7 +308,10 @@ static bool write_screen(const request *r, const image_module *module, const cha
     float *screen = develop(r);
     if (!screen) return cli_fail(error, CLI_FAILED, "memory ran out");
     image_plane planes[3];
-    image_picture image = {.width = p->width, .height = p->height, .planes = planes, .srgb = true,
+    image_picture image = {.width = p->width,
+                           .height = p->height,
+                           .planes = planes,
+                           .srgb = true,
                            .metadata = metadata};
     add_three(&image, planes, names, screen);
     const bool done = write_file(module, &image, IMAGE_PNG, output, error);
@@ -258,11 +326,13 @@ static bool write_all(const request *r, const cli_scene *scene, const image_modu
         stats.method_used = "unknown";
     char software[40];
     snprintf(software, sizeof software, "softshadow %s", softshadow_version_string());
-    const char *const metadata[] = {"Software", software, "softshadow:method", stats.method_used, NULL};
+    const char *const metadata[] = {"Software", software, "softshadow:method", stats.method_used,
+                                    NULL};
     for (uint32_t i = 0; i < r->file_count; i++) {
-        const bool done = r->formats[i] == IMAGE_PNG
-                              ? write_screen(r, module, metadata, &outputs[i], error)
-                              : write_linear(r, r->formats[i], module, metadata, &outputs[i], error);
+        const bool done =
+            r->formats[i] == IMAGE_PNG
+                ? write_screen(r, module, metadata, &outputs[i], error)
+                : write_linear(r, r->formats[i], module, metadata, &outputs[i], error);
         if (!done) return false;
     }
     return true;
@@ -281,7 +351,8 @@ static void tell(const request *r, const cli_scene *scene, double seconds) {
     softshadow_stats s = SOFTSHADOW_STATS_INIT;
     if (r->build.quiet || softshadow_get_stats(scene->handle, &s) != SOFTSHADOW_OK) return;
     fprintf(stderr,
-            "%ux%u pixels, %llu points, %s: %llu rays; building %.2f s, visibility %.2f s, all %.2f s\n",
+            "%ux%u pixels, %llu points, %s: %llu rays; building %.2f s, visibility %.2f s, all "
+            "%.2f s\n",
             p->width, p->height, (unsigned long long)p->points, s.method_used ? s.method_used : "?",
             (unsigned long long)s.rays, s.build_seconds, s.query_seconds, seconds);
     for (uint32_t i = 0; i < r->file_count; i++) fprintf(stderr, "wrote %s\n", r->files[i]);
@@ -320,8 +391,12 @@ int cli_render(int argc, char **argv) {
     request *r = calloc(1, sizeof *r);
     if (!r) return fprintf(stderr, "softshadow render: memory ran out\n"), CLI_FAILED;
     r->build = (cli_build_options)CLI_BUILD_OPTIONS_INIT;
-    r->picture = (picture){.width = 800, .height = 600, .aa = 2, .albedo = {0.7, 0.66, 0.6},
-                           .ground_albedo = {0.55, 0.55, 0.55}, .ambient = 0.06};
+    r->picture = (picture){.width = 800,
+                           .height = 600,
+                           .aa = 2,
+                           .albedo = {0.7, 0.66, 0.6},
+                           .ground_albedo = {0.55, 0.55, 0.55},
+                           .ambient = 0.06};
     r->ground = INFINITY;
     char **meshes;
     int mesh_count, status = 0;

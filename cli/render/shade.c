@@ -3,9 +3,9 @@
 
 /* A light seen from a point: where its centre is, how far, how wide. */
 typedef struct sight {
-    vector towards; /* unit */
+    vector towards;        /* unit */
     double distance, sine; /* of its angular radius */
-    double strength; /* how much of its power comes this way */
+    double strength;       /* how much of its power comes this way */
 } sight;
 
 /* The radius of the disk of a light's area. */
@@ -23,7 +23,8 @@ static double emitted(const softshadow_light *light, uint32_t weighting, vector 
     return weighting == SOFTSHADOW_IRRADIANCE ? fmax(cosine, 0) : fabs(cosine);
 }
 
-static sight see(const softshadow_light *light, uint32_t weighting, vector reference, vector point) {
+static sight see(const softshadow_light *light, uint32_t weighting, vector reference,
+                 vector point) {
     if (light->type == SOFTSHADOW_SUN) {
         const vector towards = vector_unit(vector_scale(vector_of(light->direction), -1));
         return (sight){towards, INFINITY, sin(light->radius), 1};

@@ -1,5 +1,6 @@
-/* shade.h - how bright a diffuse surface is under a light of which it sees a fraction. For previews:
- * a light's size enters through visibility and through the horizon, else it shines from its centre. */
+/* shade.h - how bright a diffuse surface is under a light of which it sees a fraction. For
+ * previews: a light's size enters through visibility and through the horizon, else it shines from
+ * its centre. */
 #ifndef CLI_RENDER_SHADE_H
 #define CLI_RENDER_SHADE_H
 

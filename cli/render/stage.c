@@ -8,8 +8,8 @@
 /* In radii of the scene: the ground is this far out gone, which hides that it ends. */
 static const double ground_reach = 9;
 
-/* The gap between the lowest vertex and a ground that is put there, as a part of the scene's radius:
- * too small to be seen, wide enough to win against a floor that the scene brought along. */
+/* The gap between the lowest vertex and a ground that is put there, as a part of the scene's
+ * radius: too small to be seen, wide enough to win against a floor that the scene brought along. */
 static const double ground_gap = 1.0 / 65536;
 
 static bool no_memory(cli_error *error) { return cli_fail(error, CLI_FAILED, "memory ran out"); }
@@ -41,7 +41,8 @@ static void measure(const raster_surface *surface, double bounds[6]) {
     }
 }
 
-static bool make_ground(raster_surface *surface, vector centre, double half, double height, char up) {
+static bool make_ground(raster_surface *surface, vector centre, double half, double height,
+                        char up) {
     static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
     static const int sign[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     double *positions = malloc(12 * sizeof *positions);
@@ -77,7 +78,8 @@ bool picture_prepare(picture *p, const cli_scene *scene, double ground, cli_erro
     if (!isnan(ground)) {
         p->ground = p->surface_count++;
         if (isinf(ground)) ground = bounds[p->up == 'z' ? 2 : 1] - ground_gap * p->radius;
-        if (!make_ground(&p->surfaces[p->ground], p->centre, ground_reach * p->radius, ground, p->up))
+        if (!make_ground(&p->surfaces[p->ground], p->centre, ground_reach * p->radius, ground,
+                         p->up))
             return no_memory(error);
     }
     if (!(p->camera.fov > 0)) camera_frame(&p->camera, bounds, p->up, p->width, p->height);
@@ -96,8 +98,8 @@ void picture_free(picture *p) {
         free(p->surfaces[i].seen);
         normals_free(&p->normals[i]);
     }
-    void *const owned[] = {p->surfaces, p->normals,        p->beauty,       p->visibility,
-                           p->position, p->normal,         p->depth,        p->kept_positions,
+    void *const owned[] = {p->surfaces,     p->normals,        p->beauty, p->visibility,
+                           p->position,     p->normal,         p->depth,  p->kept_positions,
                            p->kept_normals, p->kept_primitives};
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) free(owned[i]);
 }

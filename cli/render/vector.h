@@ -15,7 +15,9 @@ static inline vector vector_add(vector a, vector b) {
 static inline vector vector_sub(vector a, vector b) {
     return (vector){a.x - b.x, a.y - b.y, a.z - b.z};
 }
-static inline vector vector_scale(vector a, double s) { return (vector){a.x * s, a.y * s, a.z * s}; }
+static inline vector vector_scale(vector a, double s) {
+    return (vector){a.x * s, a.y * s, a.z * s};
+}
 static inline double vector_dot(vector a, vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline vector vector_cross(vector a, vector b) {
     return (vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

@@ -85,7 +85,8 @@ static void floats_come_back(void **state) {
         void *bytes = NULL;
         size_t size = 0;
         char why[IMAGE_WHY] = "";
-        if (!module->encode(&picture, (image_format)format, &bytes, &size, why)) fail_msg("%s", why);
+        if (!module->encode(&picture, (image_format)format, &bytes, &size, why))
+            fail_msg("%s", why);
         const char *path = save(format == IMAGE_EXR ? "a.exr" : "a.tif", bytes, size);
         module->free_bytes(bytes);
         image_file *image = open_or_fail(path);
@@ -119,7 +120,8 @@ static void png_is_eight_bits(void **state) {
     assert_true(module->read(image, 0, back, 1, why));
     for (int i = 0; i < N; i++) {
         const float wanted = a[i] < 0 ? 0 : a[i] > 1 ? 1 : a[i];
-        assert_true(back[i] - wanted <= 0.5f / 255 + 1e-6f && wanted - back[i] <= 0.5f / 255 + 1e-6f);
+        assert_true(back[i] - wanted <= 0.5f / 255 + 1e-6f &&
+                    wanted - back[i] <= 0.5f / 255 + 1e-6f);
     }
     module->close(image);
     unlink(path);

@@ -1,4 +1,5 @@
-/* The preview's own geometry: first hits, cameras, normals and shading against plain computations. */
+/* The preview's own geometry: first hits, cameras, normals and shading against plain computations.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -26,18 +27,20 @@ static viewpoint aimed(const char *text, char up) {
     return c;
 }
 
-/* Where a ray from the eye meets a triangle, in the world's frame (Moller and Trumbore 1997); 0: nowhere. */
+/* Where a ray from the eye meets a triangle, in the world's frame (Moller and Trumbore 1997); 0:
+ * nowhere. */
 static double meet(const viewpoint *c, vector ray, const raster_surface *s, size_t triangle) {
     const uint32_t *i = s->indices + 3 * triangle;
     const vector a = vector_of(s->positions + 3 * (size_t)i[0]);
     const vector u = vector_sub(vector_of(s->positions + 3 * (size_t)i[1]), a);
     const vector v = vector_sub(vector_of(s->positions + 3 * (size_t)i[2]), a);
-    const vector d = vector_add(vector_add(vector_scale(c->right, ray.x), vector_scale(c->up, ray.y)),
-                                c->forward);
+    const vector d = vector_add(
+        vector_add(vector_scale(c->right, ray.x), vector_scale(c->up, ray.y)), c->forward);
     const vector from = vector_sub(c->eye, a), p = vector_cross(d, v), q = vector_cross(from, u);
     const double det = vector_dot(u, p);
     if (det == 0) return 0;
-    const double x = vector_dot(from, p) / det, y = vector_dot(d, q) / det, t = vector_dot(v, q) / det;
+    const double x = vector_dot(from, p) / det, y = vector_dot(d, q) / det,
+                 t = vector_dot(v, q) / det;
     return t > 0 && x >= 0 && y >= 0 && x + y <= 1 ? t : 0;
 }
 
@@ -75,8 +78,10 @@ static void first_hits_are_the_nearest(void **state) {
             const raster_hit hit = hits[y * W + x];
             const double t = nearest(&c, ray, &s);
             met += isfinite(t);
-            /* 1e-9: both are doubles of a scene of size 8; a ray through an edge may go either way */
-            if (isinf(t) != isinf(hit.depth) || (isfinite(t) && fabs(t - hit.depth) > 1e-9 * t)) differ++;
+            /* 1e-9: both are doubles of a scene of size 8; a ray through an edge may go either way
+             */
+            if (isinf(t) != isinf(hit.depth) || (isfinite(t) && fabs(t - hit.depth) > 1e-9 * t))
+                differ++;
         }
     assert_true(met > W * H / 2);
     assert_true(differ <= 1);
@@ -115,7 +120,8 @@ static void shared_edges_do_not_leak(void **state) {
     free(s.seen);
 }
 
-static const double cube[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+static const double cube[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                              0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
 static const uint32_t cube_faces[] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                       2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
 
@@ -129,7 +135,8 @@ static void creases_stay(void **state) {
     for (uint32_t t = 0; t < 12; t++) {
         const vector flat = normals_flat(&n, t), smooth = normals_smooth(&n, &s, t, corner);
         assert_true(vector_length(vector_sub(flat, smooth)) < 1e-12);
-        const vector out = vector_sub(vector_of(cube + 3 * cube_faces[3 * t]), (vector){0.5, 0.5, 0.5});
+        const vector out =
+            vector_sub(vector_of(cube + 3 * cube_faces[3 * t]), (vector){0.5, 0.5, 0.5});
         assert_true(vector_dot(flat, out) > 0);
     }
     normals_free(&n);
@@ -160,15 +167,23 @@ static void frames_hold_the_box(void **state) {
                 const double p[3] = {box[i & 1 ? 3 : 0], box[i & 2 ? 4 : 1], box[i & 4 ? 5 : 2]};
                 const vector seen = camera_see(&c, vector_of(p));
                 assert_true(seen.z > 0);
-                assert_true(fabs(seen.x) < 0.8 * c.tan_x * seen.z && fabs(seen.y) < 0.8 * c.tan_y * seen.z);
+                assert_true(fabs(seen.x) < 0.8 * c.tan_x * seen.z &&
+                            fabs(seen.y) < 0.8 * c.tan_y * seen.z);
             }
         }
 }
 
 static void cameras_are_parsed(void **state) {
     (void)state;
-    static const char *const bad[] = {"", "1,2,3", "1,2,3/4,5", "1,2,3/4,5,6/", "1,2,3/4,5,6/0",
-                                      "1,2,3/4,5,6/171", "1,2,3/4,5,6/30x", "1,2,nan/0,0,0", "1;2;3/0,0,0"};
+    static const char *const bad[] = {"",
+                                      "1,2,3",
+                                      "1,2,3/4,5",
+                                      "1,2,3/4,5,6/",
+                                      "1,2,3/4,5,6/0",
+                                      "1,2,3/4,5,6/171",
+                                      "1,2,3/4,5,6/30x",
+                                      "1,2,nan/0,0,0",
+                                      "1;2;3/0,0,0"};
     cli_error error;
     viewpoint c;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -181,23 +196,26 @@ static void cameras_are_parsed(void **state) {
     assert_false(camera_aim(&c, 'y', 8, 8, &error));
 }
 
-/* At the reference, facing: 1. Twice as far from a sphere: a quarter. Below the horizon: nothing. */
+/* At the reference, facing: 1. Twice as far from a sphere: a quarter. Below the horizon: nothing.
+ */
 static void shading_is_scaled(void **state) {
     (void)state;
     const vector here = {0, 0, 0}, up = {0, 1, 0}, down = {0, -1, 0};
     softshadow_light sphere = {.type = SOFTSHADOW_SPHERE, .position = {0, 2, 0}, .radius = 0.1};
     softshadow_light sun = {.type = SOFTSHADOW_SUN, .direction = {0, -3, 0}, .radius = 0.005};
-    softshadow_light disk = {.type = SOFTSHADOW_DISK, .position = {0, 2, 0}, .direction = {0, 1, 0},
-                             .radius = 0.5};
+    softshadow_light disk = {
+        .type = SOFTSHADOW_DISK, .position = {0, 2, 0}, .direction = {0, 1, 0}, .radius = 0.5};
     const softshadow_light *const lights[] = {&sphere, &sun, &disk};
     for (int i = 0; i < 3; i++) {
-        assert_true(fabs(shade_irradiance(lights[i], SOFTSHADOW_UNIFORM, here, here, up, 1) - 1) < 1e-12);
-        assert_true(fabs(shade_irradiance(lights[i], SOFTSHADOW_UNIFORM, here, here, up, 0.25) - 0.25) <
+        assert_true(fabs(shade_irradiance(lights[i], SOFTSHADOW_UNIFORM, here, here, up, 1) - 1) <
                     1e-12);
+        assert_true(fabs(shade_irradiance(lights[i], SOFTSHADOW_UNIFORM, here, here, up, 0.25) -
+                         0.25) < 1e-12);
         assert_true(shade_irradiance(lights[i], SOFTSHADOW_UNIFORM, here, here, down, 1) == 0);
     }
     const vector below = {0, -2, 0}, beyond = {0, 4, 0};
-    assert_true(fabs(shade_irradiance(&sphere, SOFTSHADOW_UNIFORM, here, below, up, 1) - 0.25) < 1e-12);
+    assert_true(fabs(shade_irradiance(&sphere, SOFTSHADOW_UNIFORM, here, below, up, 1) - 0.25) <
+                1e-12);
     /* This disk's normal looks up: under irradiance its light goes only there. */
     assert_true(shade_irradiance(&disk, SOFTSHADOW_IRRADIANCE, here, here, up, 1) == 0);
     assert_true(shade_irradiance(&disk, SOFTSHADOW_IRRADIANCE, here, beyond, down, 1) > 0.9);
@@ -207,14 +225,18 @@ static void shading_is_scaled(void **state) {
     const double half = shade_irradiance(&sphere, SOFTSHADOW_UNIFORM, here, here, side, 0.5);
     const double ratio = shade_irradiance(&sphere, SOFTSHADOW_IRRADIANCE, here, here, side, 1);
     assert_true(half > 0 && fabs(half - ratio) < 1e-12);
-    assert_true(shade_srgb(0) == 0 && shade_srgb(2) == 1 && fabsf(shade_srgb(0.5f) - 0.735357f) < 1e-5f);
+    assert_true(shade_srgb(0) == 0 && shade_srgb(2) == 1 &&
+                fabsf(shade_srgb(0.5f) - 0.735357f) < 1e-5f);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(first_hits_are_the_nearest), cmocka_unit_test(shared_edges_do_not_leak),
-        cmocka_unit_test(creases_stay),               cmocka_unit_test(frames_hold_the_box),
-        cmocka_unit_test(cameras_are_parsed),         cmocka_unit_test(shading_is_scaled),
+        cmocka_unit_test(first_hits_are_the_nearest),
+        cmocka_unit_test(shared_edges_do_not_leak),
+        cmocka_unit_test(creases_stay),
+        cmocka_unit_test(frames_hold_the_box),
+        cmocka_unit_test(cameras_are_parsed),
+        cmocka_unit_test(shading_is_scaled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
