@@ -34,5 +34,6 @@ include %D%/image/local.mk
 include %D%/mesh/local.mk
 include %D%/points/local.mk
 include %D%/query/local.mk
+include %D%/bench/local.mk
 include %D%/render/local.mk
 include %D%/explain/local.mk

@@ -27,11 +27,15 @@ static void make_spheres_1m(scene_mesh *mesh) { make_spheres(mesh, 7); }
             {(x)-0.3 * (r), (y)-0.1 * (r), (z)-0.4 * (r)}, 40, 512, 512                            \
     }
 
+/* A crown's every point is in penumbra: it must not fill the picture. */
+#define FAR_CAMERA                                                                                 \
+    { {0.0, -8.0, 7.6}, {-0.4, -0.3, 0.6}, 36, 512, 512 }
+
 /* centre and radius: of the sphere around the casters' bounding box; tests/oracle checks that. */
 const scene_entry scene_entries[] = {
     {"triangle", make_triangle, {-0.1, 0.15, 1.15}, 1.19, 0.434, CAMERA(-0.1, 0.15, 1.15, 1.19)},
-    {"leaves-2k", make_leaves_2k, {0, 0, 1.5}, 1.08, 0.0625, CAMERA(0, 0, 1.5, 1.08)},
-    {"leaves-20k", make_leaves_20k, {0, 0, 1.5}, 1.03, 0.021, CAMERA(0, 0, 1.5, 1.03)},
+    {"leaves-2k", make_leaves_2k, {0, 0, 1.5}, 1.08, 0.162, FAR_CAMERA},
+    {"leaves-20k", make_leaves_20k, {0, 0, 1.5}, 1.03, 0.076, FAR_CAMERA},
     {"spheres-80k", make_spheres_100k, {0.03, 0.1, 1.0}, 1.49, 0.637, CAMERA(0.03, 0.1, 1.0, 1.49)},
     {"spheres-1m", make_spheres_1m, {0.03, 0.1, 1.0}, 1.49, 0.637, CAMERA(0.03, 0.1, 1.0, 1.49)},
 };

@@ -1,0 +1,8 @@
+# softshadow bench. Its scenes are those of the tests.
+softshadow_SOURCES += \
+  %D%/command.c %D%/bench.h %D%/clock.h \
+  %D%/measure.c %D%/truth.c \
+  %D%/peer.c %D%/peer.h \
+  %D%/report.c %D%/report.h \
+  %D%/scenes.c %D%/scenes.h \
+  tests/scenes.c tests/scenes_bench.c tests/scenes.h

@@ -1,0 +1,341 @@
+/* One cell of the table: both sides on the same points, in turns. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+#include "clock.h"
+
+enum { MOST_REPEATS = 32, CHUNK = 256 };
+
+/* What the peer shoots in one timing: enough that a timing takes a few tenths of a second. */
+#define RAYS_A_TIMING 16e6
+
+static const uint32_t our_counts[] = {256, 512, 1024, 2048, 4096};
+static const uint32_t peer_counts[] = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
+enum { OURS = sizeof our_counts / sizeof *our_counts,
+       PEERS = sizeof peer_counts / sizeof *peer_counts };
+
+typedef struct contest {
+    const bench_cell *cell;
+    const bench_options *options;
+    bench_result *result;
+    bench_truth truth;
+    softshadow *handle;
+    peer *peer;
+    float (*sorted)[3]; /* the points along the curve, for the peer */
+    float *visibility, *of_truth;
+    cli_error *error;
+} contest;
+
+static double median(double *values, uint32_t count) {
+    for (uint32_t i = 1; i < count; i++) {
+        const double v = values[i];
+        uint32_t j = i;
+        for (; j > 0 && values[j - 1] > v; j--) values[j] = values[j - 1];
+        values[j] = v;
+    }
+    return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}
+
+static double now(const contest *c) {
+    return c->options->threads == 1 ? bench_clock() : bench_wall();
+}
+
+/* ---- The library ----------------------------------------------------------------------------*/
+
+static bool library_fails(contest *c, const char *what) {
+    return cli_fail(c->error, CLI_FAILED, "%s: %s: %s", c->cell->scene->name, what,
+                    softshadow_last_message(c->handle));
+}
+
+static bool open_library(contest *c) {
+    const peer_mesh *mesh = &c->cell->scene->mesh;
+    softshadow_options options = SOFTSHADOW_OPTIONS_INIT;
+    options.threads = c->options->threads;
+    if (softshadow_create(&c->handle, &options) != SOFTSHADOW_OK)
+        return cli_fail(c->error, CLI_FAILED, "%s", softshadow_last_message(NULL));
+    softshadow_mesh given = SOFTSHADOW_MESH_INIT;
+    given.flags = SOFTSHADOW_BORROW;
+    given.positions = mesh->positions, given.vertex_count = mesh->vertex_count;
+    given.indices = mesh->indices, given.triangle_count = mesh->triangle_count;
+    if (softshadow_add_mesh(c->handle, &given, NULL) != SOFTSHADOW_OK)
+        return library_fails(c, "mesh");
+    return softshadow_set_light(c->handle, &c->cell->light) == SOFTSHADOW_OK ||
+           library_fails(c, "light");
+}
+
+static bool build(contest *c, const char *method, uint32_t samples, double tolerance) {
+    softshadow_build wanted = SOFTSHADOW_BUILD_INIT;
+    wanted.method = method, wanted.samples = samples, wanted.tolerance = tolerance;
+    return softshadow_build_maps(c->handle, &wanted) == SOFTSHADOW_OK || library_fails(c, "build");
+}
+
+static softshadow_points given_points(const contest *c) {
+    softshadow_points points = SOFTSHADOW_POINTS_INIT;
+    const bool on = c->options->primitives;
+    points.positions = on ? c->cell->points.surface : c->cell->points.at;
+    points.primitives = on ? c->cell->points.primitives : NULL;
+    points.count = c->cell->points.count;
+    return points;
+}
+
+static bool ask(contest *c, const softshadow_points *points, double *seconds) {
+    const double start = now(c);
+    const softshadow_status status = softshadow_query_visibility(c->handle, points, c->visibility);
+    *seconds = (now(c) - start) / (double) points->count;
+    return status == SOFTSHADOW_OK || library_fails(c, "query");
+}
+
+static void judge_ours(contest *c, bench_way *way) {
+    for (size_t i = 0; i < c->truth.count; i++)
+        c->of_truth[i] = c->visibility[c->truth.index[i]];
+    bench_truth_judge(&c->truth, c->of_truth, way);
+}
+
+/* ---- The peer -------------------------------------------------------------------------------*/
+
+/* Every so-and-so-many-th stretch of the curve, so that a timing shoots what it should. */
+static size_t thin(const contest *c, float (*into)[3], uint32_t samples) {
+    const size_t n = c->cell->points.count;
+    const double share = RAYS_A_TIMING / ((double) n * samples);
+    const size_t step = share >= 1 ? 1 : (size_t) (1 / share);
+    size_t kept = 0;
+    for (size_t from = 0; from < n; from += CHUNK) {
+        const size_t to = from + CHUNK < n ? from + CHUNK : n;
+        if (from / CHUNK % step) continue;
+        memcpy(into + kept, c->sorted + from, (to - from) * sizeof *into);
+        kept += to - from;
+    }
+    return kept;
+}
+
+static bool time_peer(contest *c, const peer_style *style, uint32_t samples_for_thinning,
+                      double *seconds) {
+    float(*some)[3] = malloc(c->cell->points.count * sizeof *some);
+    peer_samples *samples = peer_samples_create(&c->cell->light, style);
+    const bool fine = some && samples;
+    if (fine) {
+        const size_t n = thin(c, some, samples_for_thinning);
+        const double start = bench_clock();
+        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) some, n, c->visibility);
+        *seconds = (bench_clock() - start) / (double) n;
+    }
+    free(some);
+    peer_samples_free(samples);
+    return fine || cli_fail(c->error, CLI_FAILED, "memory ran out");
+}
+
+static bool judge_peer(contest *c, const peer_style *style, bench_way *way) {
+    peer_samples *samples = peer_samples_create(&c->cell->light, style);
+    if (!samples) return cli_fail(c->error, CLI_FAILED, "memory ran out");
+    peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) c->truth.at, c->truth.count,
+               c->of_truth);
+    bench_truth_judge(&c->truth, c->of_truth, way);
+    peer_samples_free(samples);
+    return true;
+}
+
+/* Which flag and which order of the samples is faster is the scene's to say. */
+static bool choose_style(contest *c) {
+    double best = INFINITY, seconds[3];
+    for (int i = 0; i < 4; i++) {
+        const peer_style style = {.samples = 256, .coherent = i & 1, .clustered = i >> 1};
+        for (int k = 0; k < 3; k++)
+            if (!time_peer(c, &style, 1024, &seconds[k])) return false;
+        const double middle = median(seconds, 3);
+        if (middle < best) best = middle, c->result->style = style;
+    }
+    return true;
+}
+
+/* ---- In turns -------------------------------------------------------------------------------*/
+
+typedef struct timings {
+    double of[MOST_REPEATS];
+    uint32_t count;
+} timings;
+
+static bool peer_turn(contest *c, uint32_t i, bool rim, timings *times) {
+    peer_style style = c->result->style;
+    style.samples = peer_counts[i], style.rim = rim;
+    bench_way *way = rim ? &c->result->rim[i] : &c->result->fixed[i];
+    if (times->count == 0) {
+        snprintf(way->name, sizeof way->name, "%s %u", rim ? "rim" : "fixed", style.samples);
+        if (!judge_peer(c, &style, way)) return false;
+    }
+    return time_peer(c, &style, style.samples, &times->of[times->count++]);
+}
+
+static bool our_turn(contest *c, const char *method, uint32_t samples, double tolerance,
+                     bench_way *way, timings *times) {
+    const softshadow_points points = given_points(c);
+    if (!build(c, method, samples, tolerance)) return false;
+    if (!ask(c, &points, &times->of[times->count++])) return false;
+    if (times->count == 1) judge_ours(c, way);
+    return true;
+}
+
+static bool all_turns(contest *c) {
+    static timings ours[OURS], fixed[PEERS], rim[PEERS], automatic[BENCH_TOLERANCES];
+    bench_result *r = c->result;
+    const bench_options *o = c->options;
+    memset(ours, 0, sizeof ours), memset(fixed, 0, sizeof fixed), memset(rim, 0, sizeof rim);
+    memset(automatic, 0, sizeof automatic);
+    r->ours_count = OURS, r->peer_count = o->peer ? PEERS : 0;
+    for (uint32_t turn = 0; turn < o->repeat; turn++) {
+        for (uint32_t i = 0; i < PEERS; i++) {
+            if (i < OURS) {
+                snprintf(r->ours[i].name, sizeof r->ours[i].name, "exact %u", our_counts[i]);
+                if (!our_turn(c, "exact", our_counts[i], 0, &r->ours[i], &ours[i])) return false;
+            }
+            if (o->automatic && i < o->tolerance_count) {
+                bench_way *way = &r->at[i].automatic_way;
+                snprintf(way->name, sizeof way->name, "auto");
+                if (!our_turn(c, "auto", 0, o->tolerances[i], way, &automatic[i])) return false;
+            }
+            if (o->peer && (!peer_turn(c, i, false, &fixed[i]) || !peer_turn(c, i, true, &rim[i])))
+                return false;
+        }
+    }
+    for (uint32_t i = 0; i < OURS; i++) r->ours[i].seconds = median(ours[i].of, o->repeat);
+    for (uint32_t i = 0; i < r->peer_count; i++) {
+        r->fixed[i].seconds = median(fixed[i].of, o->repeat);
+        r->rim[i].seconds = median(rim[i].of, o->repeat);
+    }
+    for (uint32_t i = 0; o->automatic && i < o->tolerance_count; i++)
+        r->at[i].automatic = r->at[i].automatic_way.seconds = median(automatic[i].of, o->repeat);
+    return true;
+}
+
+/* ---- What follows from it -------------------------------------------------------------------*/
+
+double bench_reach(const bench_way *ways, uint32_t count, double tolerance, bool *least) {
+    *least = count > 0 && ways[0].penumbra_rms <= tolerance;
+    if (*least) return ways[0].seconds;
+    for (uint32_t i = 1; i < count; i++) {
+        const bench_way *a = &ways[i - 1], *b = &ways[i];
+        if (b->penumbra_rms > tolerance) continue;
+        const double part = log(a->penumbra_rms / tolerance) /
+                            log(a->penumbra_rms / fmax(b->penumbra_rms, 1e-9));
+        return a->seconds * pow(b->seconds / a->seconds, part);
+    }
+    return NAN;
+}
+
+static void conclude(contest *c) {
+    bench_result *r = c->result;
+    for (uint32_t i = 0; i < c->options->tolerance_count; i++) {
+        bench_at *at = &r->at[i];
+        const double e = c->options->tolerances[i];
+        bool fixed_least, rim_least;
+        at->ours = bench_reach(r->ours, r->ours_count, e, &at->ours_least);
+        const double fixed = bench_reach(r->fixed, r->peer_count, e, &fixed_least);
+        const double rim = bench_reach(r->rim, r->peer_count, e, &rim_least);
+        at->peer = fmin(fixed, rim); /* of a number and a NAN the number */
+        at->peer_least = at->peer == rim ? rim_least : fixed_least;
+    }
+    size_t lit = 0;
+    for (size_t i = 0; i < c->truth.count; i++) lit += c->truth.value[i] >= 1;
+    r->lit = (double) lit / (double) c->truth.count;
+    r->penumbra = (double) c->truth.penumbrae / (double) c->truth.count;
+    r->truth_error = c->truth.error;
+}
+
+/* Both sides on nothing but wholly lit points: what a picture is mostly made of. */
+static bool measure_lit(contest *c) {
+    const size_t n = c->cell->points.count;
+    softshadow_points points = given_points(c);
+    double seconds;
+    if (!build(c, "exact", 512, 0) || !ask(c, &points, &seconds)) return false;
+    float(*lit)[3] = malloc(n * sizeof *lit);
+    if (!lit) return cli_fail(c->error, CLI_FAILED, "memory ran out");
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        if (c->visibility[i] >= 1) memcpy(lit[count++], c->cell->points.at[i], sizeof *lit);
+    bool fine = true;
+    peer_style style = c->result->style;
+    style.samples = 256, style.rim = true;
+    peer_samples *samples = peer_samples_create(&c->cell->light, &style);
+    double ours[MOST_REPEATS], theirs[MOST_REPEATS];
+    const uint32_t repeat = c->options->repeat;
+    points.positions = lit, points.count = count, points.primitives = NULL;
+    uint32_t *order = bench_morton((const float(*)[3]) lit, count ? count : 1);
+    float(*sorted)[3] = malloc((count + 1) * sizeof *sorted);
+    if (!samples || !order || !sorted) fine = cli_fail(c->error, CLI_FAILED, "memory ran out");
+    for (size_t i = 0; fine && i < count; i++) memcpy(sorted[i], lit[order[i]], sizeof *lit);
+    for (uint32_t turn = 0; fine && count && turn < repeat; turn++) {
+        fine = ask(c, &points, &ours[turn]);
+        if (!c->options->peer) continue;
+        const double start = bench_clock();
+        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) sorted, count,
+                   c->visibility);
+        theirs[turn] = (bench_clock() - start) / (double) count;
+    }
+    if (fine && count) c->result->ours_lit = median(ours, repeat);
+    if (fine && count && c->options->peer) c->result->peer_lit = median(theirs, repeat);
+    peer_samples_free(samples);
+    free(order);
+    free(sorted);
+    free(lit);
+    return fine;
+}
+
+static bool prepare(contest *c) {
+    const bench_points *points = &c->cell->points;
+    uint32_t *order = bench_morton((const float(*)[3]) points->at, points->count);
+    c->sorted = malloc(points->count * sizeof *c->sorted);
+    c->visibility = malloc(points->count * sizeof *c->visibility);
+    c->of_truth = malloc(points->count * sizeof *c->of_truth);
+    const bool fine = order && c->sorted && c->visibility && c->of_truth;
+    for (size_t i = 0; fine && i < points->count; i++)
+        memcpy(c->sorted[i], points->at[order[i]], sizeof *c->sorted);
+    free(order);
+    return fine || cli_fail(c->error, CLI_FAILED, "memory ran out");
+}
+
+static bool first_build(contest *c) {
+    if (!open_library(c)) return false;
+    const double start = now(c);
+    if (!build(c, c->options->automatic ? "auto" : "exact", 0, 0)) return false;
+    c->result->ours_build = now(c) - start;
+    if (!c->options->peer) return true;
+    if (!peer_create(&c->peer, &c->cell->scene->mesh, false, c->error)) return false;
+    c->result->peer_build = peer_build_seconds(c->peer);
+    return choose_style(c);
+}
+
+bool bench_measure(const bench_cell *cell, const bench_options *options, bench_result *result,
+                   cli_error *error) {
+    contest c = {.cell = cell, .options = options, .result = result, .error = error};
+    *result = (bench_result){0};
+    const bool fine = prepare(&c) && bench_truth_find(&c.truth, cell, options, error) &&
+                      first_build(&c) && all_turns(&c) && measure_lit(&c);
+    if (fine) conclude(&c);
+    bench_truth_free(&c.truth);
+    softshadow_destroy(c.handle);
+    peer_destroy(c.peer);
+    free(c.sorted);
+    free(c.visibility);
+    free(c.of_truth);
+    return fine;
+}
+
+/* The share of penumbrae grows with the light while there is lit ground left: bisection. */
+bool bench_calibrate(const bench_cell *cell, const bench_options *options, double *radius,
+                     double *share, cli_error *error) {
+    bench_cell trial = *cell;
+    double low = 0.02 * cell->scene->entry.radius, high = cell->scene->entry.radius;
+    for (int step = 0; step < 10; step++) {
+        bench_truth truth;
+        trial.light.radius = *radius = (low + high) / 2;
+        if (!bench_truth_find(&truth, &trial, options, error)) return false;
+        *share = (double) truth.penumbrae / (double) truth.count;
+        bench_truth_free(&truth);
+        if (fabs(*share - 0.25) < 0.002) break;
+        if (*share < 0.25) low = *radius;
+        else high = *radius;
+    }
+    return true;
+}

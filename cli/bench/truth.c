@@ -1,0 +1,95 @@
+/* What both sides are measured against: many samples of a sequence of its own (the lattice of the
+ * plastic number [Rob18], shifted at random for each point) through Embree's robust tests. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+
+static bool reserve(bench_truth *truth, size_t count) {
+    *truth = (bench_truth){malloc(count * sizeof *truth->index), malloc(count * sizeof *truth->at),
+                           malloc(count * sizeof *truth->value), count, 0, 0};
+    if (truth->index && truth->at && truth->value) return true;
+    bench_truth_free(truth);
+    return false;
+}
+
+void bench_truth_free(bench_truth *truth) {
+    free(truth->index);
+    free(truth->at);
+    free(truth->value);
+    *truth = (bench_truth){0};
+}
+
+static int by_number(const void *a, const void *b) {
+    const uint32_t x = *(const uint32_t *) a, y = *(const uint32_t *) b;
+    return (x > y) - (x < y);
+}
+
+/* One of each stretch of the Morton order, at random. */
+static bool choose(bench_truth *truth, const bench_cell *cell) {
+    const size_t n = cell->points.count;
+    uint32_t *order = bench_morton((const float(*)[3]) cell->points.at, n);
+    uint64_t state = 99;
+    if (!order) return false;
+    for (size_t i = 0; i < truth->count; i++) {
+        const size_t from = i * n / truth->count, to = (i + 1) * n / truth->count;
+        truth->index[i] = order[from + scene_random(&state) % (to - from)];
+    }
+    free(order);
+    qsort(truth->index, truth->count, sizeof *truth->index, by_number);
+    for (size_t i = 0; i < truth->count; i++)
+        memcpy(truth->at[i], cell->points.at[truth->index[i]], sizeof truth->at[i]);
+    return true;
+}
+
+bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_options *options,
+                      cli_error *error) {
+    const size_t n = cell->points.count;
+    const size_t count = n < options->truth_points ? n : options->truth_points;
+    const peer_style style = {.samples = options->truth_samples / 2, .clustered = true,
+                              .truth = true};
+    peer *judge = NULL;
+    if (!reserve(truth, count) || !choose(truth, cell)) {
+        bench_truth_free(truth);
+        return cli_fail(error, CLI_FAILED, "memory ran out");
+    }
+    float *half = malloc(count * sizeof *half);
+    peer_samples *samples = peer_samples_create(&cell->light, &style);
+    bool fine = half && samples;
+    if (!fine) cli_fail(error, CLI_FAILED, "memory ran out");
+    fine = fine && peer_create(&judge, &cell->scene->mesh, true, error);
+    double square = 0;
+    if (fine) {
+        const float(*at)[3] = (const float(*)[3]) truth->at;
+        peer_query(judge, &cell->light, samples, at, count, half);
+        peer_samples_turn(samples);
+        peer_query(judge, &cell->light, samples, at, count, truth->value);
+    }
+    for (size_t i = 0; fine && i < count; i++) {
+        const double apart = (double) half[i] - (double) truth->value[i];
+        truth->value[i] = (half[i] + truth->value[i]) / 2;
+        if (!(truth->value[i] > 0 && truth->value[i] < 1)) continue;
+        truth->penumbrae++;
+        square += apart * apart / 4;
+    }
+    if (truth->penumbrae) truth->error = sqrt(square / (double) truth->penumbrae);
+    peer_destroy(judge);
+    peer_samples_free(samples);
+    free(half);
+    if (!fine) bench_truth_free(truth);
+    return fine;
+}
+
+void bench_truth_judge(const bench_truth *truth, const float *value, bench_way *way) {
+    double all = 0, penumbra = 0, most = 0;
+    for (size_t i = 0; i < truth->count; i++) {
+        const double off = fabs((double) value[i] - (double) truth->value[i]);
+        all += off * off;
+        if (truth->value[i] > 0 && truth->value[i] < 1) penumbra += off * off;
+        most = fmax(most, off);
+    }
+    way->rms = sqrt(all / (double) truth->count);
+    way->penumbra_rms = truth->penumbrae ? sqrt(penumbra / (double) truth->penumbrae) : 0;
+    way->max = most;
+}

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""The bench measures what it says it does: on scenes that take a second, against what must hold."""
+import csv
+import os
+import subprocess
+
+from command import LIGHT, MESH, Case, main
+
+SMALL = ["--side", "24", "--truth-points", "200", "--truth-samples", "1024", "--repeat", "1"]
+
+
+class Bench(Case):
+    def rows(self, name):
+        with open(self.path(name), newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_peer(self):
+        # The lowest vertex tells where the ground is.
+        mesh = self.put("raised.obj", MESH + "v -0.5 -0.5 0\nv 0.5 -0.5 0\nf 1 5 6\n")
+        out = self.good(self.run_it("bench", mesh, "--light", LIGHT, "--peer", "--csv",
+                                    self.path("ratios.csv"), "--times", self.path("times.csv"),
+                                    "--tolerances", "1/16,1/64", *SMALL)).decode()
+        self.assertRegex(out, r"mesh: 3 triangles, sphere light R = 0\.5")
+        ratios, times = self.rows("ratios.csv"), self.rows("times.csv")
+        exact = [row for row in ratios if row["method"] == "exact"]
+        self.assertEqual([row["tolerance"] for row in exact], ["1/16", "1/64"])
+        for row in exact:
+            self.assertGreater(float(row["ratio"]), 0)
+            self.assertTrue(0.01 < float(row["penumbra"]) < 0.99, row)
+            self.assertLess(float(row["penumbra_rms"]), 1 / 64)
+            self.assertLessEqual(float(row["penumbra_rms"]), float(row["max"]))
+        self.assertNotIn("ns_a_point", ratios[0], "times do not belong to a file that is kept")
+        fixed = {int(row["way"].split()[1]): row for row in times if row["way"].startswith("fixed")}
+        # Sixteen times the rays of a spiral: noise falls faster than by four.
+        self.assertLess(float(fixed[1024]["penumbra_rms"]), float(fixed[64]["penumbra_rms"]) / 4)
+        self.assertGreater(float(fixed[4096]["ns_a_point"]), 4 * float(fixed[64]["ns_a_point"]))
+
+    def test_own_scenes(self):
+        out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--points",
+                                    "camera,scattered", *SMALL)).decode()
+        self.assertEqual(out.count("triangle: 1 triangles, object light"), 2)
+        self.assertNotIn("ratio", out.split("\n\n", 1)[1])
+
+    def test_what_is_not_there(self):
+        out = self.good(self.run_it("bench", "--scenes", "dragon-11k", "--models", self.folder,
+                                    *SMALL)).decode()
+        self.assertRegex(out, r"^dragon-11k +left out: .*dragon_vrip_res4.ply is not there; "
+                              r"examples/fetch-models gets it\n")
+
+    def test_usage(self):
+        self.bad(self.run_it("bench", "--scenes", "bunnny"), 2, "--scenes bunnny", "bunny")
+        self.bad(self.run_it("bench", "--lights", "huge"), 2, "huge")
+        self.bad(self.run_it("bench", "--tolerances", "1/0"), 2, "--tolerances")
+        self.bad(self.run_it("bench", "--repeat", "0"), 2, "--repeat")
+        self.bad(self.run_it("bench", self.path("none.obj")), 1, "none.obj")
+
+    def test_starts_without_embree(self):
+        """Only the bench itself needs Embree: the program must not be linked with it."""
+        done = subprocess.run(["ldd", os.environ["top_builddir"] + "/.libs/softshadow"],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self.assertNotIn(b"embree", done.stdout)
+
+
+if __name__ == "__main__":
+    main()
