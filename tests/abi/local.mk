@@ -3,7 +3,7 @@ scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh
 dist_check_SCRIPTS += $(scripts)
 TESTS += $(scripts)
 
-hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign
+hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
 EXTRA_DIST += %D%/plain.h
@@ -24,6 +24,10 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 %C%_foreign_LDADD = libsoftshadow.la
 %C%_foreign_CFLAGS = $(EXPORTING)
 %C%_foreign_LDFLAGS = -export-dynamic
+%C%_threadless_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_threadless_LDADD = libsoftshadow.la -ldl
+%C%_threadless_CFLAGS = $(EXPORTING)
+%C%_threadless_LDFLAGS = -export-dynamic
 %C%_host_state_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_host_state_LDADD = libsoftshadow.la -lm -lpthread
 
