@@ -21,6 +21,7 @@
 #define SS_GROUP_SLOT_BITS 13
 #define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
 #define SS_GROUP_PLANES (SS_GROUP_LIST_BITS + 1)
+#define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
 
 typedef struct ss_list_edge {
     uint32_t key; /* edge << 1 | side of the faces */
@@ -55,6 +56,8 @@ typedef struct ss_group {
 
     /* Out. Opacity-tested triangles in the way are not drawn but listed, as far as there is room. */
     uint32_t *covered; /* [lane][samples->blocks x 16] */
+    uint32_t lit, dark;          /* lanes that see all of the light's samples, or none */
+    uint64_t visible[SS_LANES];  /* weight of the samples seen by the others */
     uint32_t *listed;
     uint32_t listed_count, listed_room;
 
@@ -62,13 +65,20 @@ typedef struct ss_group {
     uint32_t *planes;
     ss_list_edge *list;
     ss_list_slot *slots;
+    void *walk; /* SS_GROUP_WALK_BYTES */
     uint32_t list_count, stamp;
 } ss_group;
 
-typedef void ss_group_kernel(ss_group *group);
-ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
+typedef struct ss_group_kernel {
+    /* Fills covered, lit, dark and visible for the lanes asked. */
+    void (*draw)(ss_group *group);
+    /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box; may
+     * stop when there is no more room. Reads no lane. */
+    void (*survey)(ss_group *group);
+} ss_group_kernel;
+extern const ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
 /* The one for this machine and SOFTSHADOW_CPU; all give the same bits. */
-ss_group_kernel *ss_group_kernel_here(void);
+const ss_group_kernel *ss_group_kernels_here(void);
 
 static inline uint32_t *ss_group_mask(const ss_group *group, unsigned lane) {
     return group->covered + (size_t)lane * group->lattice->blocks * SS_BLOCK;

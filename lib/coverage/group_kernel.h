@@ -26,32 +26,54 @@ static uint32_t seen_by(const ss_group *g, uint32_t triangle, uint32_t lanes) {
     return lanes;
 }
 
-static void list_tested(ss_group *g, uint32_t triangle) {
+static void list_triangle(ss_group *g, uint32_t triangle) {
     if (g->listed_count < g->listed_room) g->listed[g->listed_count] = triangle;
     g->listed_count++;
+}
+
+/* Lanes from which the triangle is beside the light: on one side of the grid with all three corners. It
+ * holds for corners behind the point, too, because x >= c t is kept by every mixture of corners. */
+static inline vm beside(const walk *w, const place v[3]) {
+    const vf left = f_set(0.75f), right = f_set(w->columns + 0.25f), below = f_set(0.75f),
+             above = f_set(w->rows + 0.25f);
+    vm l = f_lt(f_fnma(left, v[0].t, v[0].x), f_set(0)), r = f_lt(f_set(0), f_fnma(right, v[0].t, v[0].x));
+    vm b = f_lt(f_fnma(below, v[0].t, v[0].y), f_set(0)), a = f_lt(f_set(0), f_fnma(above, v[0].t, v[0].y));
+    for (int c = 1; c < 3; c++) {
+        l = m_and(l, f_lt(f_fnma(left, v[c].t, v[c].x), f_set(0)));
+        r = m_and(r, f_lt(f_set(0), f_fnma(right, v[c].t, v[c].x)));
+        b = m_and(b, f_lt(f_fnma(below, v[c].t, v[c].y), f_set(0)));
+        a = m_and(a, f_lt(f_set(0), f_fnma(above, v[c].t, v[c].y)));
+    }
+    return m_or(m_or(l, r), m_or(a, b));
 }
 
 /* A face that cannot be part of an outline: clipped, near, seen from both sides or thin. */
 static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
     ss_group *g = w->g;
-    const uint32_t lanes = seen_by(g, leaf->triangle[slot], w->open);
+    uint32_t lanes = seen_by(g, leaf->triangle[slot], w->open);
     if (!lanes) return;
     place v[3];
+    vf x[3][3];
     for (int c = 0; c < 3; c++) {
-        const float x[3] = {leaf->corner[c][0][slot], leaf->corner[c][1][slot],
-                            leaf->corner[c][2][slot]};
-        v[c] = transform(g, x);
+        for (int k = 0; k < 3; k++) x[c][k] = f_set(leaf->corner[c][g->axis[k]][slot]);
+        v[c].t = transform_row(g, 2, x[c][0], x[c][1], x[c][2]);
     }
     const vf least = f_min(v[0].t, f_min(v[1].t, v[2].t)), most = f_max(v[0].t, f_max(v[1].t, v[2].t));
     const vf near = f_load(g->t_near), far = f_load(g->t_far);
-    const uint32_t between = m_bits(m_and(f_le(near, most), f_le(least, far))) & lanes;
-    if (!between) return;
+    lanes &= m_bits(m_and(f_le(near, most), f_le(least, far)));
+    if (!lanes) return;
+    for (int c = 0; c < 3; c++) {
+        v[c].x = transform_row(g, 0, x[c][0], x[c][1], x[c][2]);
+        v[c].y = transform_row(g, 1, x[c][0], x[c][1], x[c][2]);
+    }
+    lanes &= ~m_bits(beside(w, v));
+    if (!lanes) return;
     if (g->tested && g->tested[leaf->triangle[slot]]) {
-        list_tested(g, leaf->triangle[slot]);
+        list_triangle(g, leaf->triangle[slot]);
         return;
     }
     const uint32_t whole = m_bits(m_and(f_le(near, least), f_le(most, far)));
-    draw_triangle(w, v, between, (whole & between) != between);
+    draw_triangle(w, v, lanes, (whole & lanes) != lanes);
 }
 
 static inline void leaf_uses(walk *w, const uint32_t uses[3][SS_BVH_WIDTH], unsigned slot,
@@ -148,26 +170,96 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     return depth;
 }
 
+/* What came out for each lane. */
+static inline void conclude(const walk *w) {
+    ss_group *g = w->g;
+    const ss_lattice *lattice = g->lattice;
+    const size_t words = (size_t)w->blocks * SS_BLOCK;
+    g->lit = g->dark = 0;
+    for (uint32_t lanes = g->lanes; lanes; lanes &= lanes - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(lanes);
+        const uint32_t *mask = ss_group_mask(g, lane);
+        if (!(w->open >> lane & 1)) {
+            g->dark |= 1u << lane;
+            continue;
+        }
+        vi added = i_zero();
+        for (uint32_t b = 0; b < w->blocks; b++) {
+            added = i_or(added, i_xor(i_load(mask + SS_BLOCK * b), i_load(lattice->outside + SS_BLOCK * b)));
+        }
+        if (!i_any(added)) {
+            g->lit |= 1u << lane;
+            continue;
+        }
+        uint64_t sum = 0;
+        for (uint32_t p = 0; p < lattice->planes; p++) {
+            const uint32_t *plane = lattice->plane + p * words;
+            uint64_t bits = 0;
+            for (size_t i = 0; i < words; i += 2) {
+                uint64_t counted, covered;
+                memcpy(&counted, plane + i, sizeof counted);
+                memcpy(&covered, mask + i, sizeof covered);
+                bits += (uint64_t)__builtin_popcountll(counted & ~covered);
+            }
+            sum += bits << p;
+        }
+        g->visible[lane] = sum;
+    }
+}
+
 static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
-    walk w; /* too large to be cleared for every group */
-    w.g = g, w.blocks = blocks, w.words = words, w.row_blocks = blocks / words, w.open = g->lanes;
-    w.planes = 3, w.work = w.uses = w.batch.count = 0;
-    w.rows = (float)(w.row_blocks * SS_BLOCK), w.columns = (float)(32 * words);
-    for (uint32_t i = 0; i < w.row_blocks * SS_BLOCK; i++) w.row[i] = (float)(i + 1);
-    for (unsigned lane = 0; lane < SS_LANES; lane++) {
-        memcpy(ss_group_mask(g, lane), g->lattice->outside, blocks * SS_BLOCK * sizeof(uint32_t));
+    _Static_assert(sizeof(walk) <= SS_GROUP_WALK_BYTES, "room for a walk");
+    walk *w = g->walk;
+    w->g = g, w->blocks = blocks, w->words = words, w->row_blocks = blocks / words, w->open = g->lanes;
+    w->planes = 3, w->work = w->uses = w->batch.count = 0;
+    w->rows = (float)(w->row_blocks * SS_BLOCK), w->columns = (float)(32 * words);
+    for (uint32_t i = 0; i < w->row_blocks * SS_BLOCK; i++) w->row[i] = (float)(i + 1);
+    for (uint32_t m = g->lanes; m; m &= m - 1) {
+        memcpy(ss_group_mask(g, (unsigned)__builtin_ctz(m)), g->lattice->outside,
+               blocks * SS_BLOCK * sizeof(uint32_t));
     }
     uint32_t stack[SS_BVH_STACK], depth = 0;
     stack[depth++] = 0;
-    while (depth && w.open) {
+    while (depth && w->open) {
         depth--;
-        depth += visit_node(&w, stack[depth], stack + depth);
+        depth += visit_node(w, stack[depth], stack + depth);
     }
-    flush(&w);
+    flush(w);
+    conclude(w);
 }
 
-void GROUP_KERNEL(ss_group *g) {
+static void draw_group(ss_group *g) {
     g->listed_count = g->list_count = 0;
     if (g->lattice->blocks == 2 && g->lattice->words == 1) run(g, 2, 1);
     else run(g, g->lattice->blocks, g->lattice->words);
 }
+
+static void survey_group(ss_group *g) {
+    uint32_t stack[SS_BVH_STACK], depth = 0;
+    g->listed_count = 0;
+    stack[depth++] = 0;
+    while (depth && g->listed_count <= g->listed_room) {
+        const uint32_t index = stack[--depth];
+        const ss_bvh_node *node = &g->bvh->nodes[index];
+        const box b = child_box(node);
+        vm inside;
+        vm in = m_and(m_from((1u << node->count) - 1), in_shaft(&g->shaft, &b, &inside));
+        if (!m_bits(in)) continue;
+        in = m_andnot(in, child_sides(g, &g->outline->nodes[index]).hidden);
+        for (uint32_t m = m_bits(in); m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (!(child & SS_BVH_LEAF)) {
+                stack[depth++] = child;
+                continue;
+            }
+            const ss_bvh_leaf *leaf = &g->bvh->leaves[child & ~SS_BVH_LEAF];
+            const box c = triangle_box(leaf);
+            vm left = m_and(m_from((1u << leaf->count) - 1), triangles_in_shaft(&g->shaft, leaf, &c));
+            if (!m_bits(left)) continue;
+            left = m_andnot(left, triangle_sides(g, leaf).hidden);
+            for (uint32_t t = m_bits(left); t; t &= t - 1) list_triangle(g, leaf->triangle[__builtin_ctz(t)]);
+        }
+    }
+}
+
+const ss_group_kernel GROUP_KERNEL = {draw_group, survey_group};

@@ -4,7 +4,8 @@ libsoftshadow_core_la_SOURCES += \
   %D%/direct.c %D%/direct.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/group_scalar.c %D%/lanes_scalar.h \
-  %D%/lattice.c %D%/lattice.h
+  %D%/lattice.c %D%/lattice.h \
+  %D%/view.c %D%/view.h
 EXTRA_DIST += %D%/lanes_avx2.h %D%/lanes_avx512.h
 if HAVE_X86
 noinst_LTLIBRARIES += libss_avx2.la libss_avx512.la

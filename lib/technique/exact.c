@@ -12,13 +12,9 @@
 #include "base/vec.h"
 #include "coverage/direct.h"
 #include "coverage/group.h"
+#include "coverage/view.h"
 #include "trace/contact.h"
 
-/* Floats reach this near a point's own plane, and the light's, in local units: above the rounding of h
- * for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's business. */
-#define FLOAT_REACH 0x1p-20
-/* Where that is more than this share of the way to the light, doubles do it sample by sample. */
-#define COARSE 0x1p-6
 #define DEFAULT_SAMPLES 512
 
 typedef struct exact {
@@ -27,7 +23,7 @@ typedef struct exact {
     ss_light light;  /* with its axes in summing order */
     uint8_t axis[3];
     uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
-    ss_group_kernel *kernel;
+    const ss_group_kernel *kernel;
 } exact;
 
 /* What one query works with. */
@@ -43,6 +39,7 @@ typedef struct scratch {
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
+    bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 
 /* ---- building ----------------------------------------------------------------------------------*/
@@ -109,7 +106,7 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
         exact_destroy(e);
         return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     }
-    e->kernel = ss_group_kernel_here();
+    e->kernel = ss_group_kernels_here();
     order_axes(stage->world, stage->light, e->axis);
     turn_light(e->axis, stage->light, &e->light);
     /* Other weightings reckon with the profile themselves. */
@@ -139,32 +136,6 @@ static size_t exact_bytes(const void *state) {
 
 static void direction(const ss_view *view, double s, double t, double d[3]) {
     for (int k = 0; k < 3; k++) d[k] = view->centre[k] + s * view->a[k] + t * view->b[k];
-}
-
-/* Writes the lane's projective map; false where floats will not do. */
-static bool set_lane(ss_group *g, unsigned lane, const ss_view *view, const double p[3]) {
-    double row[3][3], map[3][3], shift[3], reach = 0;
-    ss_cross(view->b, view->centre, row[0]);
-    ss_cross(view->centre, view->a, row[1]);
-    ss_cross(view->a, view->b, row[2]);
-    const double det = ss_dot(view->centre, row[2]);
-    if (det == 0) return false;
-    const double(*grid)[3] = (const double(*)[3])g->lattice->grid;
-    for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < 2; i++) {
-            map[i][k] = (grid[i][0] * row[0][k] + grid[i][1] * row[1][k] + grid[i][2] * row[2][k]) / det;
-        }
-        map[2][k] = row[2][k] / det;
-        reach += fabs(map[2][k]);
-    }
-    for (int i = 0; i < 3; i++) shift[i] = -ss_dot(map[i], p);
-    const double near = FLOAT_REACH * reach, far = view->t_end - FLOAT_REACH * (reach + fabs(shift[2]));
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++) g->matrix[i][k][lane] = (float)map[i][k];
-        g->shift[i][lane] = (float)shift[i];
-    }
-    g->t_near[lane] = (float)near, g->t_far[lane] = (float)far;
-    return near < COARSE * fmin(view->t_end, 1) || isinf(view->t_end);
 }
 
 /* ---- samples -----------------------------------------------------------------------------------*/
@@ -295,6 +266,22 @@ static float finish(scratch *s, unsigned lane, const ss_point *point, size_t dir
     return fraction(s, view, normal, mask);
 }
 
+/* The usual case, where what the kernel drew is all there is to it. */
+static bool finish_fast(const scratch *s, unsigned lane, const ss_point *point, float *out) {
+    const ss_group *g = s->group;
+    if (g->dark >> lane & 1) {
+        *out = 0;
+        return true;
+    }
+    if (g->listed_count || s->contact[lane].tested_count) return false;
+    if (s->stage->params->weighting != SOFTSHADOW_UNIFORM) return false;
+    const float *n = point->normal;
+    const bool horizon = n[0] != 0 || n[1] != 0 || n[2] != 0;
+    if (horizon && !ss_light_above(s->stage->light, s->contact[lane].p, n)) return false;
+    *out = g->lit >> lane & 1 ? 1 : (float)((double)g->visible[lane] / (double)g->lattice->total);
+    return true;
+}
+
 static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point *point, float *out) {
     const exact *e = s->state;
     double turned[3];
@@ -333,69 +320,14 @@ static double near_reach(const ss_world *world, const ss_point *point) {
     return SS_NEAR + 8 * (double)point->ulp * (size + 1) + 2 * SS_TOUCH;
 }
 
-static void enclose_points(ss_group *g, const double low[3], const double high[3]) {
-    for (int k = 0; k < 3; k++) {
-        const double middle = low[k] + (high[k] - low[k]) / 2;
-        g->middle[k] = (float)middle;
-        g->half[k] = (float)((high[k] - low[k]) / 2 + 0x1p-22 * (fabs(low[k]) + fabs(high[k])));
-    }
-}
-
-/* The light, or the directions to the sun, as anything in the box sees it. */
-static void enclose_light(ss_group *g, const ss_light *light, const double low[3],
-                          const double high[3]) {
-    const bool sun = light->type == SOFTSHADOW_SUN;
-    g->light_finite = sun ? 0 : 1;
-    for (int k = 0; k < 3; k++) {
-        double from = light->normal[k] - hypot(light->u[k], light->v[k]);
-        double to = light->normal[k] + hypot(light->u[k], light->v[k]);
-        if (!sun) {
-            double n[3] = {0, 0, 0};
-            n[k] = 1;
-            to = ss_light_support(light, low, high, n);
-            n[k] = -1;
-            from = -ss_light_support(light, low, high, n);
-        }
-        g->light_middle[k] = (float)(from + (to - from) / 2);
-        g->light_half[k] = (float)((to - from) / 2 + 0x1p-22 * (fabs(from) + fabs(to)));
-    }
-}
-
-/* The range of t over the lanes, as ss_group has it. reach: see near_reach(). */
-static void enclose_depths(ss_group *g, double reach) {
-    double least[3], most[3];
-    g->t_least = INFINITY, g->t_most = -INFINITY, g->t_safe = 0, g->t_beyond = INFINITY;
-    for (int k = 0; k < 3; k++) least[k] = INFINITY, most[k] = -INFINITY;
-    for (uint32_t m = g->lanes; m; m &= m - 1) {
-        const unsigned lane = (unsigned)__builtin_ctz(m);
-        double at = g->shift[2][lane], size = 0;
-        for (int k = 0; k < 3; k++) {
-            const double n = g->matrix[2][k][lane];
-            at += n * g->middle[g->axis[k]];
-            size += fabs(n);
-            least[k] = fmin(least[k], n), most[k] = fmax(most[k], n);
-        }
-        g->t_least = fminf(g->t_least, (float)at), g->t_most = fmaxf(g->t_most, (float)at);
-        g->t_safe = fmaxf(g->t_safe, (float)fmax(4 * g->t_near[lane], 2 * reach * size));
-        g->t_beyond = fminf(g->t_beyond, g->t_far[lane] - 4 * g->t_near[lane]);
-    }
-    for (int k = 0; k < 3; k++) {
-        g->t_axis[g->axis[k]] = (float)((least[k] + most[k]) / 2);
-        g->t_spread[g->axis[k]] = (float)((most[k] - least[k]) * 0.5000001);
-    }
-}
-
 /* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
 static softshadow_status draw(scratch *s, const double low[3], const double high[3], double reach) {
     ss_group *g = s->group;
-    const ss_light *light = s->stage->light;
-    ss_shaft_make(&g->shaft, light, s->stage->world->extent, low, high);
-    enclose_points(g, low, high);
-    enclose_light(g, light, low, high);
-    enclose_depths(g, reach);
+    ss_group_enclose(g, s->stage->light, low, high);
+    ss_group_enclose_depths(g, reach);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
-        s->state->kernel(g);
+        s->state->kernel->draw(g);
         if (g->listed_count <= g->listed_room) return SOFTSHADOW_OK;
         if (!room_for(s, g->listed_count)) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     }
@@ -416,7 +348,7 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
         if (s->view[lane].inside && !e->light.point) {
             out[lane] = 1;
         } else if (e->light.point || s->view[lane].edge_on ||
-                   !set_lane(g, lane, &s->view[lane], p)) {
+                   !ss_group_set_lane(g, lane, &s->view[lane], p)) {
             const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
             if (status) return status;
         } else {
@@ -433,6 +365,7 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
+        if (finish_fast(s, lane, &points[lane], &out[lane])) continue;
         for (uint32_t i = 0; i < g->listed_count; i++) {
             ss_direct_set(&s->direct[i], s->stage->world, s->triangles[i], s->contact[lane].p);
         }
@@ -441,8 +374,118 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     return SOFTSHADOW_OK;
 }
 
+/* ---- settling -----------------------------------------------------------------------------------
+ *
+ * A block of points is lit when nothing is in its shaft but faces that its points lie on. */
+
+#define SURVIVORS 4   /* faces in the way looked at one by one */
+#define LEAST_SINE 0.3 /* of the light's height over such a face */
+
+typedef struct floor_face {
+    double normal[3], offset; /* the light is on its positive side */
+    uint32_t triangle;
+} floor_face;
+
+/* The face as a plane with all of the light well above it, as seen from the box; false if it is not. */
+static bool make_floor(const scratch *s, uint32_t triangle, const double low[3], const double high[3],
+                       floor_face *f) {
+    const ss_light *light = s->stage->light;
+    double corner[3][3], one[3], two[3], down[3], farthest = 0;
+    ss_world_triangle(s->stage->world, triangle, corner);
+    ss_sub(corner[1], corner[0], one);
+    ss_sub(corner[2], corner[0], two);
+    ss_cross(one, two, f->normal);
+    if (!ss_normalize(f->normal)) return false;
+    f->triangle = triangle;
+    const bool sun = light->type == SOFTSHADOW_SUN;
+    f->offset = ss_dot(f->normal, corner[0]);
+    const double side = ss_dot(f->normal, sun ? light->normal : light->centre) - (sun ? 0 : f->offset);
+    for (int k = 0; k < 3 && side < 0; k++) f->normal[k] = -f->normal[k];
+    if (side < 0) f->offset = -f->offset;
+    for (int k = 0; k < 3; k++) down[k] = -f->normal[k];
+    if (sun) {
+        const double spread = hypot(ss_dot(down, light->u), ss_dot(down, light->v));
+        return ss_dot(f->normal, light->normal) - spread >= LEAST_SINE * (1 + light->radius);
+    }
+    for (int k = 0; k < 3; k++) {
+        const double to = fmax(fabs(light->centre[k] - low[k]), fabs(light->centre[k] - high[k]));
+        farthest += to * to;
+    }
+    const double lowest = -ss_light_support(light, low, high, down) - f->offset;
+    return lowest >= LEAST_SINE * (sqrt(farthest) + 2 * light->radius);
+}
+
+static bool same_plane(const ss_world *world, const floor_face *f, uint32_t triangle) {
+    double corner[3][3];
+    ss_world_triangle(world, triangle, corner);
+    for (int i = 0; i < 3; i++) {
+        if (fabs(ss_dot(f->normal, corner[i]) - f->offset) > SS_TOUCH) return false;
+    }
+    return true;
+}
+
+/* Is the point above the face, or so little below it that it touches whatever its segments could meet?
+ * Under a light this high they leave the plane within four times that depth. */
+static bool stands_on(const scratch *s, const ss_point *point, const floor_face *f) {
+    const double height = ss_dot(f->normal, point->p) - f->offset;
+    if (height > SS_NEAR) return true;
+    if (point->ulp > 0) return height >= -0.5 * (double)point->ulp; /* reach: 4 ulp of more than 1/2 */
+    return point->triangle == f->triangle ||
+           (point->triangle != SS_NO_TRIANGLE && same_plane(s->stage->world, f, point->triangle));
+}
+
+static bool all_above(const scratch *s, const ss_point *points, size_t n) {
+    for (size_t i = 0; i < n; i++) {
+        const float *normal = points[i].normal;
+        const bool horizon = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
+        if (horizon && !ss_light_above(s->stage->light, points[i].p, normal)) return false;
+    }
+    return true;
+}
+
+static bool settles(scratch *s, const ss_point *points, size_t n) {
+    ss_group *g = s->group;
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    floor_face face[SURVIVORS];
+    for (size_t i = 0; i < n; i++) {
+        for (int k = 0; k < 3; k++) {
+            low[k] = points[i].p[k] < low[k] ? points[i].p[k] : low[k];
+            high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
+        }
+    }
+    ss_group_enclose(g, s->stage->light, low, high);
+    g->listed = s->triangles, g->listed_room = SURVIVORS;
+    s->state->kernel->survey(g);
+    if (g->listed_count > SURVIVORS) return false;
+    for (uint32_t i = 0; i < g->listed_count; i++) {
+        if (!make_floor(s, s->triangles[i], low, high, &face[i])) return false;
+        for (size_t j = 0; j < n; j++) {
+            if (!stands_on(s, &points[j], &face[i])) return false;
+        }
+    }
+    return all_above(s, points, n);
+}
+
+/* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
+static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n, float *out) {
+    if (s->may_settle && settles(s, points, n)) {
+        for (size_t i = 0; i < n; i++) out[i] = 1;
+        return SOFTSHADOW_OK;
+    }
+    const size_t part = n > 128 ? 128 : n > 32 ? 32 : SS_LANES;
+    for (size_t i = 0; i < n; i += part) {
+        const size_t count = n - i < part ? n - i : part;
+        const softshadow_status status = part == SS_LANES
+                                             ? answer_group(s, points + i, (unsigned)count, out + i)
+                                             : answer_run(s, points + i, count, out + i);
+        if (status) return status;
+    }
+    return SOFTSHADOW_OK;
+}
+
 static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena) {
     *s = (scratch){.stage = stage, .state = e, .arena = arena};
+    s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && e->samples->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);
     s->view = ss_arena_alloc(arena, SS_LANES, sizeof *s->view);
@@ -461,7 +504,11 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
     s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST, sizeof *s->group->list);
     s->group->slots = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->slots);
-    if (!s->group->covered || !s->group->planes || !s->group->list || !s->group->slots) return false;
+    s->group->walk = ss_arena_alloc(arena, 1, SS_GROUP_WALK_BYTES);
+    if (!s->group->covered || !s->group->planes || !s->group->list || !s->group->slots ||
+        !s->group->walk) {
+        return false;
+    }
     memset(s->group->planes, 0, planes * sizeof(uint32_t));
     memset(s->group->slots, 0, SS_GROUP_SLOTS * sizeof *s->group->slots);
     return room_for(s, 512);
@@ -472,11 +519,8 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state, c
                                      ss_counts *counts) {
     scratch s;
     if (!prepare(&s, stage, state, arena)) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
-    for (size_t i = 0; i < n; i += SS_LANES) {
-        const unsigned lanes = n - i < SS_LANES ? (unsigned)(n - i) : SS_LANES;
-        const softshadow_status status = answer_group(&s, points + i, lanes, visibility + i);
-        if (status) return status;
-    }
+    const softshadow_status status = answer_run(&s, points, n, visibility);
+    if (status) return status;
     for (size_t i = 0; i < n; i++) {
         if (bound) bound[i] = NAN;
         counts->lit += visibility[i] == 1;
