@@ -15,7 +15,9 @@
 #include "coverage/view.h"
 #include "trace/contact.h"
 
-#define DEFAULT_SAMPLES 512
+/* As many as fill the smallest grid that keeps a tolerance of 1/256: more would cost twice as much. */
+#define DEFAULT_DISK 768
+#define DEFAULT_RECT 528
 
 typedef struct exact {
     ss_lattice *samples;
@@ -112,11 +114,12 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
     /* Other weightings reckon with the profile themselves. */
     ss_light shape = *stage->light;
     if (stage->params->weighting != SOFTSHADOW_UNIFORM) shape.profile_count = 0;
-    uint32_t samples = stage->params->samples ? stage->params->samples : DEFAULT_SAMPLES;
+    const uint32_t usual = stage->light->type == SOFTSHADOW_RECT ? DEFAULT_RECT : DEFAULT_DISK;
+    uint32_t samples = stage->params->samples ? stage->params->samples : usual;
     if (!stage->params->samples && stage->params->tolerance < 1.0 / 256) {
         /* The error of a lattice falls with the samples to the power of -3/4. */
         const double more = pow(1.0 / 256 / stage->params->tolerance, 4.0 / 3);
-        samples = (uint32_t)fmin(DEFAULT_SAMPLES * more, SS_LATTICE_MOST);
+        samples = (uint32_t)fmin(usual * more, SS_LATTICE_MOST);
     }
     softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
     if (!status) {
@@ -379,10 +382,11 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
  * A block of points is lit when nothing is in its shaft but faces that its points lie on. */
 
 #define SURVIVORS 4   /* faces in the way looked at one by one */
-#define LEAST_SINE 0.3 /* of the light's height over such a face */
+#define LEAST_SINE 0.01 /* of the light's height over such a face */
 
 typedef struct floor_face {
     double normal[3], offset; /* the light is on its positive side */
+    double sine;              /* at least, of the angle at which segments leave it */
     uint32_t triangle;
 } floor_face;
 
@@ -405,14 +409,16 @@ static bool make_floor(const scratch *s, uint32_t triangle, const double low[3],
     for (int k = 0; k < 3; k++) down[k] = -f->normal[k];
     if (sun) {
         const double spread = hypot(ss_dot(down, light->u), ss_dot(down, light->v));
-        return ss_dot(f->normal, light->normal) - spread >= LEAST_SINE * (1 + light->radius);
+        f->sine = (ss_dot(f->normal, light->normal) - spread) / hypot(1, light->radius);
+        return f->sine >= LEAST_SINE;
     }
     for (int k = 0; k < 3; k++) {
         const double to = fmax(fabs(light->centre[k] - low[k]), fabs(light->centre[k] - high[k]));
         farthest += to * to;
     }
     const double lowest = -ss_light_support(light, low, high, down) - f->offset;
-    return lowest >= LEAST_SINE * (sqrt(farthest) + 2 * light->radius);
+    f->sine = lowest / (sqrt(farthest) + 2 * light->radius);
+    return f->sine >= LEAST_SINE;
 }
 
 static bool same_plane(const ss_world *world, const floor_face *f, uint32_t triangle) {
@@ -425,11 +431,11 @@ static bool same_plane(const ss_world *world, const floor_face *f, uint32_t tria
 }
 
 /* Is the point above the face, or so little below it that it touches whatever its segments could meet?
- * Under a light this high they leave the plane within four times that depth. */
+ * From that depth they leave the plane within depth / sine, and 4 ulp of 1/2 or more is touching. */
 static bool stands_on(const scratch *s, const ss_point *point, const floor_face *f) {
     const double height = ss_dot(f->normal, point->p) - f->offset;
     if (height > SS_NEAR) return true;
-    if (point->ulp > 0) return height >= -0.5 * (double)point->ulp; /* reach: 4 ulp of more than 1/2 */
+    if (point->ulp > 0) return height >= -2 * (double)point->ulp * f->sine / (1 + f->sine);
     return point->triangle == f->triangle ||
            (point->triangle != SS_NO_TRIANGLE && same_plane(s->stage->world, f, point->triangle));
 }
@@ -472,12 +478,11 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
         for (size_t i = 0; i < n; i++) out[i] = 1;
         return SOFTSHADOW_OK;
     }
+    if (n <= SS_LANES) return answer_group(s, points, (unsigned)n, out);
     const size_t part = n > 128 ? 128 : n > 32 ? 32 : SS_LANES;
     for (size_t i = 0; i < n; i += part) {
         const size_t count = n - i < part ? n - i : part;
-        const softshadow_status status = part == SS_LANES
-                                             ? answer_group(s, points + i, (unsigned)count, out + i)
-                                             : answer_run(s, points + i, count, out + i);
+        const softshadow_status status = answer_run(s, points + i, count, out + i);
         if (status) return status;
     }
     return SOFTSHADOW_OK;
