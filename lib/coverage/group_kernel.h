@@ -92,7 +92,7 @@ static inline void visit_leaf(walk *w, uint32_t index, bool merge) {
     const vm used = m_from((1u << leaf->count) - 1);
     const vm in = m_and(used, triangles_in_shaft(&g->shaft, leaf, &b));
     if (!m_bits(in)) return;
-    const sides s = triangle_sides(g, leaf);
+    const sides s = triangle_sides(g, leaf, g->outline->leaf_drop[index]);
     const uint32_t rest = m_bits(m_andnot(in, s.hidden));
     if (!rest) return;
     uint32_t joint = 0;
@@ -252,11 +252,12 @@ static void survey_group(ss_group *g) {
                 stack[depth++] = child;
                 continue;
             }
-            const ss_bvh_leaf *leaf = &g->bvh->leaves[child & ~SS_BVH_LEAF];
+            const uint32_t l = child & ~SS_BVH_LEAF;
+            const ss_bvh_leaf *leaf = &g->bvh->leaves[l];
             const box c = triangle_box(leaf);
             vm left = m_and(m_from((1u << leaf->count) - 1), triangles_in_shaft(&g->shaft, leaf, &c));
             if (!m_bits(left)) continue;
-            left = m_andnot(left, triangle_sides(g, leaf).hidden);
+            left = m_andnot(left, triangle_sides(g, leaf, g->outline->leaf_drop[l]).hidden);
             for (uint32_t t = m_bits(left); t; t &= t - 1) list_triangle(g, leaf->triangle[__builtin_ctz(t)]);
         }
     }

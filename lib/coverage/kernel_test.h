@@ -86,8 +86,9 @@ static inline vm between_planes(const ss_group *g, const box *b) {
 
 /* ---- sides -------------------------------------------------------------------------------------*/
 
-/* front, back: all faces show it to all points; hidden: points and light are on one side of all faces,
- * which are therefore in nobody's way. */
+/* front, back: all faces show it to all points; hidden: need not be drawn, because points and light are
+ * on one side of all faces, which are therefore in nobody's way, or because the faces behind will do
+ * (outline.h). */
 typedef struct sides {
     vm front, back, hidden;
 } sides;
@@ -133,11 +134,13 @@ static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
     const vm is_finite = f_lt(none, finite);
     side_of(o, l, g->light_half, f_blend(is_finite, none, low), f_blend(is_finite, none, high),
             &light_front, &light_back);
-    s.hidden = m_or(m_and(s.front, light_front), m_and(s.back, light_back));
+    s.hidden = m_or(m_and(s.front, m_or(light_front, m_from(o->drop_front))),
+                    m_and(s.back, m_or(light_back, m_from(o->drop_back))));
     return s;
 }
 
-static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf) {
+static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
+                                   const uint16_t drop[2]) {
     vf e[3], f[3], n[3], from[3];
     for (int k = 0; k < 3; k++) {
         from[k] = f_load(leaf->corner[0][k]);
@@ -171,7 +174,8 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf) {
     sides s;
     s.front = m_and(solid, f_lt(slack, at));
     s.back = m_and(solid, f_lt(f_add(at, slack), f_set(0)));
-    s.hidden = m_or(m_and(s.front, light_front), m_and(s.back, light_back));
+    s.hidden = m_or(m_and(s.front, m_or(light_front, m_from(drop[0]))),
+                    m_and(s.back, m_or(light_back, m_from(drop[1]))));
     return s;
 }
 

@@ -102,6 +102,20 @@ static void exact_destroy(void *state) {
     ss_free(e);
 }
 
+/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are only
+ * followed to where they would enter the sphere. */
+static void bound_light(const ss_light *light, double low[3], double high[3]) {
+    for (int k = 0; k < 3; k++) {
+        double reach = fabs(light->u[k]) + fabs(light->v[k]);
+        if (light->type == SOFTSHADOW_SPHERE) reach = light->radius;
+        if (light->type == SOFTSHADOW_SUN) reach = INFINITY;
+        const double centre = light->type == SOFTSHADOW_SUN ? 0 : light->centre[k];
+        low[k] = centre - reach, high[k] = centre + reach;
+    }
+    /* The sun is infinitely far along every axis; along one it is never inside a scene. */
+    if (light->type == SOFTSHADOW_SUN) low[0] = high[0] = INFINITY;
+}
+
 static softshadow_status exact_build(const ss_stage *stage, void **state) {
     exact *e = ss_alloc(1, sizeof *e);
     if (!e || !mark_tested(stage->world, &e->tested)) {
@@ -123,7 +137,10 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
     }
     softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
     if (!status) {
-        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, stage->pool);
+        double low[3], high[3];
+        bound_light(stage->light, low, high);
+        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, low, high,
+                                  stage->pool);
     }
     if (status) exact_destroy(e);
     else *state = e;
@@ -540,7 +557,7 @@ const ss_technique ss_exact = {
     .title = "Noise-free coverage of the light by everything in the way",
     .cite = "ours",
     .notes = "all lights native; the same samples of the light for every point",
-    .needs = SS_NEEDS_BVH | SS_NEEDS_EDGES,
+    .needs = SS_NEEDS_BVH | SS_NEEDS_EDGES | SS_NEEDS_COMPONENTS,
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = 1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT |
                      1u << SOFTSHADOW_SUN,

@@ -25,6 +25,8 @@ typedef struct builder {
     float (*normal)[4]; /* by position in bvh->order; [3] is 0 for a face without a side */
     uint32_t *edge;     /* topology's edge -> ours */
     int32_t *sum;       /* per edge, all 0 between lists */
+    uint8_t *drop;      /* per component: SS_DRAW_BOTH .. */
+    const double *light_low, *light_high;
 } builder;
 
 /* ---- faces -------------------------------------------------------------------------------------*/
@@ -222,6 +224,67 @@ static bool any_tested(const builder *b, uint32_t first, uint32_t last) {
     return false;
 }
 
+/* Which faces of each component need not be drawn. Closed by sums is not enough: two solids glued along
+ * an edge, one of them inside out, are closed, too; so every edge must have just two uses. */
+static bool find_solids(builder *b) {
+    const ss_topology *t = b->topology;
+    b->drop = ss_alloc(t->component_count, 1);
+    if (!b->drop) return false;
+    for (uint32_t c = 0; c < t->component_count; c++) {
+        const ss_component *from = &t->components[c];
+        bool apart = false;
+        for (int k = 0; k < 3; k++) {
+            apart |= b->light_low[k] > from->high[k] || b->light_high[k] < from->low[k];
+        }
+        if (!from->closed || !apart || from->volume == 0) continue;
+        b->drop[c] = from->volume > 0 ? SS_DROP_FRONT : SS_DROP_BACK;
+    }
+    for (size_t e = 0; e < t->edge_count; e++) {
+        if (ss_edge_uses(&t->edges[e]) == 2) continue;
+        const uint32_t triangle = ss_use_triangle(t->uses[t->edges[e].first_use]);
+        if (t->triangle_component[triangle] != SS_NO_COMPONENT) {
+            b->drop[t->triangle_component[triangle]] = SS_DRAW_BOTH;
+        }
+    }
+    return true;
+}
+
+static uint8_t drop_of(const builder *b, uint32_t triangle) {
+    const uint32_t component = b->topology->triangle_component[triangle];
+    return component == SS_NO_COMPONENT ? SS_DRAW_BOTH : b->drop[component];
+}
+
+static void mark_leaves(builder *b) {
+    for (uint32_t l = 0; l < b->bvh->leaf_count; l++) {
+        const ss_bvh_leaf *leaf = &b->bvh->leaves[l];
+        for (uint32_t s = 0; s < leaf->count; s++) {
+            const uint8_t drop = drop_of(b, leaf->triangle[s]);
+            if (drop) b->outline->leaf_drop[l][drop - 1] |= (uint16_t)(1u << s);
+        }
+    }
+}
+
+/* Children have higher numbers than their parents. */
+static void mark_nodes(builder *b) {
+    for (uint32_t n = b->bvh->node_count; n-- > 0;) {
+        const ss_bvh_node *from = &b->bvh->nodes[n];
+        ss_outline_node *node = &b->outline->nodes[n];
+        for (uint32_t i = 0; i < from->count; i++) {
+            const uint32_t child = from->child[i], l = child & ~SS_BVH_LEAF;
+            uint32_t front, back, all;
+            if (child & SS_BVH_LEAF) {
+                all = (1u << b->bvh->leaves[l].count) - 1;
+                front = b->outline->leaf_drop[l][0], back = b->outline->leaf_drop[l][1];
+            } else {
+                all = (1u << b->bvh->nodes[child].count) - 1;
+                front = b->outline->nodes[child].drop_front, back = b->outline->nodes[child].drop_back;
+            }
+            node->drop_front |= (uint16_t)((front == all) << i);
+            node->drop_back |= (uint16_t)((back == all) << i);
+        }
+    }
+}
+
 /* Children have higher numbers than their parents: from the last node to the first. */
 static bool find_boundaries(builder *b) {
     for (uint32_t n = b->bvh->node_count; n-- > 0;) {
@@ -245,11 +308,12 @@ static bool allocate(builder *b) {
     o->node_count = b->bvh->node_count, o->leaf_count = b->bvh->leaf_count;
     o->nodes = ss_alloc(o->node_count, sizeof *o->nodes);
     o->leaf_uses = ss_alloc(o->leaf_count, sizeof *o->leaf_uses);
+    o->leaf_drop = ss_alloc(o->leaf_count, sizeof *o->leaf_drop);
     o->ends = ss_alloc(edges, sizeof *o->ends);
     b->normal = ss_alloc(triangles, sizeof *b->normal);
     b->edge = ss_alloc(edges, sizeof *b->edge);
     b->sum = ss_alloc(edges, sizeof *b->sum);
-    if (!o->nodes || !o->leaf_uses || !o->ends || !b->normal || !b->edge || !b->sum) return false;
+    if (!o->nodes || !o->leaf_uses || !o->leaf_drop || !o->ends || !b->normal || !b->edge || !b->sum) return false;
     memset(b->edge, 0xff, edges * sizeof *b->edge);
     return room_for(o, triangles);
 }
@@ -261,20 +325,26 @@ static softshadow_status run(builder *b, ss_pool *pool) {
     if (!status) status = ss_parallel_for(pool, b->bvh->node_count, 16, find_ranges, b);
     if (status) return status;
     number_uses(b);
+    if (!find_solids(b)) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for outlines");
+    mark_leaves(b);
+    mark_nodes(b);
     if (!find_boundaries(b)) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for outlines");
     return SOFTSHADOW_OK;
 }
 
 softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss_topology *topology,
-                                   const uint8_t *tested, ss_pool *pool) {
+                                   const uint8_t *tested, const double light_low[3],
+                                   const double light_high[3], ss_pool *pool) {
     *out = NULL;
     builder b = {.bvh = bvh, .topology = topology, .tested = tested,
+                 .light_low = light_low, .light_high = light_high,
                  .outline = ss_alloc(1, sizeof *b.outline)};
     if (!b.outline) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for outlines");
     const softshadow_status status = run(&b, pool);
     ss_free(b.normal);
     ss_free(b.edge);
     ss_free(b.sum);
+    ss_free(b.drop);
     if (status) ss_outline_destroy(b.outline);
     else *out = b.outline;
     return status;
@@ -284,12 +354,13 @@ void ss_outline_destroy(ss_outline *o) {
     if (!o) return;
     ss_free(o->nodes);
     ss_free(o->leaf_uses);
+    ss_free(o->leaf_drop);
     ss_free(o->uses);
     ss_free(o->ends);
     ss_free(o);
 }
 
 size_t ss_outline_bytes(const ss_outline *o) {
-    return sizeof *o + o->node_count * sizeof *o->nodes + o->leaf_count * sizeof *o->leaf_uses +
+    return sizeof *o + o->node_count * sizeof *o->nodes + o->leaf_count * (sizeof *o->leaf_uses + sizeof *o->leaf_drop) +
            o->use_room * sizeof *o->uses + o->edge_count * sizeof *o->ends;
 }
