@@ -62,9 +62,16 @@ static void enclose_light(ss_group *g, const ss_light *light, const double low[3
     }
 }
 
-void ss_group_enclose(ss_group *g, const ss_light *light, const double low[3],
-                      const double high[3]) {
+void ss_group_enclose_box(ss_group *g, const ss_light *light, const double low[3],
+                          const double high[3]) {
     ss_shaft_make(&g->shaft, light, g->bvh->world->extent, low, high);
+    enclose_points(g, low, high);
+    enclose_light(g, light, low, high);
+}
+
+void ss_group_enclose(ss_group *g, const ss_light *light, const double (*points)[3], size_t count) {
+    double low[3], high[3];
+    ss_shaft_around(&g->shaft, light, g->bvh->world->extent, points, count, low, high);
     enclose_points(g, low, high);
     enclose_light(g, light, low, high);
 }

@@ -188,7 +188,7 @@ static softshadow_status paint(const ss_stage *stage, const ss_bvh *bvh, const s
         for (size_t i = 0; i < pixels; i++) {
             pic.nearest[i] = INFINITY, pic.hider[i] = SOFTSHADOW_NO_PRIMITIVE;
         }
-        ss_contact_find(bvh, stage->world, point, contact);
+        ss_contact_find(bvh, stage->world, point, NULL, contact);
         ss_light_view(stage->light, contact->p, &pic.view);
         invert_view(&pic);
         if (!pic.view.inside) draw_scene(&pic, contact);

@@ -35,6 +35,7 @@ typedef struct scratch {
     ss_arena *arena;
     ss_group *group;
     ss_contact *contact; /* per lane */
+    ss_contact_face *faces;
     ss_view *view;       /* per lane, axes in summing order */
     uint32_t *skip;
     uint16_t *skip_lanes;
@@ -177,18 +178,50 @@ static void hide_below(const ss_lattice *samples, const ss_view *view, const dou
     }
 }
 
+/* Directions in the world's axes. */
+static void world_direction(const scratch *s, unsigned lane, double at_s, double at_t, double d[3]) {
+    double turned[3];
+    direction(&s->view[lane], at_s, at_t, turned);
+    for (int k = 0; k < 3; k++) d[s->state->axis[k]] = turned[k];
+}
+
+/* Can a face near the point be in the way at all? Not if the whole square around the light is beyond one
+ * of its edges and within another: sides are linear in the direction. */
+static bool can_block(const double v[3][3], const double square[4][3]) {
+    bool left = false, right = false;
+    for (int i = 0; i < 3; i++) {
+        double moment[3], least = INFINITY, most = -INFINITY;
+        ss_cross(v[i], v[(i + 1) % 3], moment);
+        for (int c = 0; c < 4; c++) {
+            const double side = ss_dot(moment, square[c]);
+            least = fmin(least, side), most = fmax(most, side);
+        }
+        left |= least > 0, right |= most < 0;
+    }
+    return !(left && right);
+}
+
+static bool any_tested_blocks(const scratch *s, unsigned lane) {
+    const ss_contact *contact = &s->contact[lane];
+    double square[4][3];
+    if (!contact->tested_count) return false;
+    for (int c = 0; c < 4; c++) world_direction(s, lane, c & 1 ? 1 : -1, c & 2 ? 1 : -1, square[c]);
+    for (uint32_t i = 0; i < contact->tested_count; i++) {
+        if (can_block((const double(*)[3])contact->tested[i], (const double(*)[3])square)) return true;
+    }
+    return false;
+}
+
 static void hide_tested(const scratch *s, unsigned lane, size_t direct_count, double t_end,
                         uint32_t *mask) {
     const ss_lattice *samples = s->state->samples;
-    const ss_contact *contact = &s->contact[lane];
-    if (!contact->tested_count && !direct_count) return;
+    const bool near = any_tested_blocks(s, lane);
+    if (!near && !direct_count) return;
     for (uint32_t i = 0; i < samples->blocks * SS_BLOCK * 32; i++) {
         if (is_covered(mask, i)) continue;
-        double turned[3], d[3];
-        direction(&s->view[lane], samples->s[i], samples->t[i], turned);
-        for (int k = 0; k < 3; k++) d[s->state->axis[k]] = turned[k];
-        bool blocked = contact->tested_count &&
-                       ss_contact_blocked(contact, s->stage->world, d, t_end);
+        double d[3];
+        world_direction(s, lane, samples->s[i], samples->t[i], d);
+        bool blocked = near && ss_contact_blocked(&s->contact[lane], s->stage->world, d, t_end);
         for (size_t j = 0; j < direct_count && !blocked; j++) {
             blocked = ss_direct_blocks(&s->direct[j], s->stage->world, d, t_end);
         }
@@ -293,7 +326,7 @@ static bool finish_fast(const scratch *s, unsigned lane, const ss_point *point, 
         *out = 0;
         return true;
     }
-    if (g->listed_count || s->contact[lane].tested_count) return false;
+    if (g->listed_count || any_tested_blocks(s, lane)) return false;
     if (s->stage->params->weighting != SOFTSHADOW_UNIFORM) return false;
     const float *n = point->normal;
     const bool horizon = n[0] != 0 || n[1] != 0 || n[2] != 0;
@@ -341,9 +374,9 @@ static double near_reach(const ss_world *world, const ss_point *point) {
 }
 
 /* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
-static softshadow_status draw(scratch *s, const double low[3], const double high[3], double reach) {
+static softshadow_status draw(scratch *s, const double (*points)[3], size_t count, double reach) {
     ss_group *g = s->group;
-    ss_group_enclose(g, s->stage->light, low, high);
+    ss_group_enclose(g, s->stage->light, points, count);
     ss_group_enclose_depths(g, reach);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
@@ -356,13 +389,14 @@ static softshadow_status draw(scratch *s, const double low[3], const double high
 static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double at[SS_LANES][3];
+    size_t count = 0;
     double reach = 0;
     g->lanes = g->skip_count = 0;
     for (unsigned lane = 0; lane < n; lane++) {
         double p[3];
         ss_contact *contact = &s->contact[lane];
-        ss_contact_find(s->stage->bvh, s->stage->world, &points[lane], contact);
+        ss_contact_find(s->stage->bvh, s->stage->world, &points[lane], s->faces, contact);
         turn(e->axis, contact->p, p);
         ss_light_view(&e->light, p, &s->view[lane]);
         if (s->view[lane].inside && !e->light.point) {
@@ -375,13 +409,11 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
             g->lanes |= 1u << lane;
             skip_near(s, lane);
             reach = fmax(reach, near_reach(s->stage->world, &points[lane]));
-            for (int k = 0; k < 3; k++) {
-                low[k] = fmin(low[k], contact->p[k]), high[k] = fmax(high[k], contact->p[k]);
-            }
+            memcpy(at[count++], contact->p, sizeof contact->p);
         }
     }
     if (!g->lanes) return SOFTSHADOW_OK;
-    const softshadow_status status = draw(s, low, high, reach);
+    const softshadow_status status = draw(s, (const double(*)[3])at, count, reach);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
@@ -476,7 +508,7 @@ static bool settles(scratch *s, const ss_point *points, size_t n) {
             high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
         }
     }
-    ss_group_enclose(g, s->stage->light, low, high);
+    ss_group_enclose_box(g, s->stage->light, low, high);
     g->listed = s->triangles, g->listed_room = SURVIVORS;
     s->state->kernel->survey(g);
     if (g->listed_count > SURVIVORS) return false;
@@ -510,10 +542,12 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && e->samples->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);
+    s->faces = ss_arena_alloc(arena, SS_CONTACT_CACHE, sizeof *s->faces);
     s->view = ss_arena_alloc(arena, SS_LANES, sizeof *s->view);
     s->skip = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip);
     s->skip_lanes = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip_lanes);
-    if (!s->group || !s->contact || !s->view || !s->skip || !s->skip_lanes) return false;
+    if (!s->group || !s->contact || !s->faces || !s->view || !s->skip || !s->skip_lanes) return false;
+    for (int i = 0; i < SS_CONTACT_CACHE; i++) s->faces[i].filled = false;
     memset(s->group, 0, sizeof *s->group);
     s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
     s->group->outline = e->outline;

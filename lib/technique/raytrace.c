@@ -320,7 +320,7 @@ static void face_the_light(eye *e, const ss_point *point) {
     ss_light_view(stage->light, point->p, &e->view);
     e->open = is_open(e);
     if (e->open) return;
-    ss_contact_find(stage->bvh, stage->world, point, &e->contact);
+    ss_contact_find(stage->bvh, stage->world, point, NULL, &e->contact);
     if (memcmp(e->contact.p, point->p, sizeof point->p) != 0) {
         ss_light_view(stage->light, e->contact.p, &e->view);
     }

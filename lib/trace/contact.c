@@ -60,15 +60,28 @@ static double nearest_on_edge(const double p[3], const double a[3], const double
     return ss_length(gap);
 }
 
-/* Twice the area as a vector, and whether the shape is good enough to trust its direction. */
-static bool area_of(const double corner[3][3], double area[3]) {
+/* Fills in a face: its corners, its unit normal (0 0 0 without area), and whether the shape is good
+ * enough to trust that. */
+static void read_face(const ss_world *world, uint32_t triangle, ss_contact_face *face) {
     double one[3], two[3], three[3];
-    ss_sub(corner[1], corner[0], one);
-    ss_sub(corner[2], corner[0], two);
-    ss_sub(corner[2], corner[1], three);
-    ss_cross(one, two, area);
+    ss_world_triangle(world, triangle, face->corner);
+    ss_sub(face->corner[1], face->corner[0], one);
+    ss_sub(face->corner[2], face->corner[0], two);
+    ss_sub(face->corner[2], face->corner[1], three);
+    ss_cross(one, two, face->normal);
     const double longest = ss_max(ss_dot(one, one), ss_max(ss_dot(two, two), ss_dot(three, three)));
-    return ss_dot(area, area) >= longest * longest / 64;
+    face->sound = ss_dot(face->normal, face->normal) >= longest * longest / 64;
+    if (!ss_normalize(face->normal)) memset(face->normal, 0, sizeof face->normal);
+    face->triangle = triangle;
+    face->filled = true;
+}
+
+/* From the cache, or into it; without one, into `own`. */
+static const ss_contact_face *face_of(const ss_world *world, uint32_t triangle,
+                                      ss_contact_face *cache, ss_contact_face *own) {
+    ss_contact_face *face = cache ? &cache[triangle % SS_CONTACT_CACHE] : own;
+    if (!cache || !face->filled || face->triangle != triangle) read_face(world, triangle, face);
+    return face;
 }
 
 /* Does p lie beside the triangle's inside, in the direction of its normal? */
@@ -85,23 +98,23 @@ static bool over_inside(const double p[3], const double corner[3][3], const doub
 
 /* The distance, or some distance beyond `radius` if it is that. A sliver's normal is unsure by its own
  * length: there the edges count, too. */
-static double nearest_on_triangle(const double p[3], const double corner[3][3], double radius,
+static double nearest_on_triangle(const double p[3], const ss_contact_face *face, double radius,
                                   double place[3]) {
-    double best = INFINITY, normal[3], to[3];
-    const bool sound = area_of(corner, normal);
-    if (ss_normalize(normal)) {
-        ss_sub(p, corner[0], to);
+    double best = INFINITY, to[3];
+    const double *normal = face->normal;
+    if (normal[0] != 0 || normal[1] != 0 || normal[2] != 0) {
+        ss_sub(p, face->corner[0], to);
         const double height = ss_dot(normal, to);
-        if (sound && fabs(height) > radius) return fabs(height);
-        if (over_inside(p, corner, normal)) {
+        if (face->sound && fabs(height) > radius) return fabs(height);
+        if (over_inside(p, face->corner, normal)) {
             best = fabs(height);
             ss_add_scaled(p, -height, normal, place);
-            if (sound) return best;
+            if (face->sound) return best;
         }
     }
     for (int i = 0; i < 3; i++) {
         double at[3];
-        const double distance = nearest_on_edge(p, corner[i], corner[(i + 1) % 3], at);
+        const double distance = nearest_on_edge(p, face->corner[i], face->corner[(i + 1) % 3], at);
         if (distance < best) best = distance, memcpy(place, at, sizeof at);
     }
     return best;
@@ -117,7 +130,7 @@ static void keep(candidate *list, uint32_t *count, const candidate *found) {
 
 /* Faces so near that they could touch p or mislead floats, nearest first. *clear: see contact.h. */
 static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[3], double ulp,
-                       candidate *list, double *clear) {
+                       ss_contact_face *cache, candidate *list, double *clear) {
     uint32_t box[ROOM], count = 0;
     const double size = host_size(world, p), reach = longest_reach(world, ulp, size);
     double radius = SS_NEAR + reach;
@@ -129,12 +142,12 @@ static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[
     }
     size_t kept = 0;
     for (size_t i = 0; i < found && i < ROOM; i++) {
-        double corner[3][3];
+        ss_contact_face own;
         candidate face = {.triangle = box[i]};
-        ss_world_triangle(world, box[i], corner);
-        face.distance = nearest_on_triangle(p, corner, radius, face.place);
+        const ss_contact_face *from = face_of(world, box[i], cache, &own);
+        face.distance = nearest_on_triangle(p, from, radius, face.place);
         if (face.distance > radius) continue;
-        face.reach = reach_of(world, ulp, size, corner);
+        face.reach = reach_of(world, ulp, size, from->corner);
         kept++;
         keep(list, &count, &face);
     }
@@ -157,17 +170,17 @@ static bool add_tested(const ss_world *world, ss_contact *contact, uint32_t tria
 }
 
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
-                     ss_contact *contact) {
+                     ss_contact_face *cache, ss_contact *contact) {
     candidate list[SS_NEAR_MOST];
     const bool known = point->triangle != SS_NO_TRIANGLE && point->ulp == 0;
     contact->near_count = contact->tested_count = 0;
     memcpy(contact->p, point->p, sizeof contact->p);
     if (known) {
-        double corner[3][3];
-        ss_world_triangle(world, point->triangle, corner);
-        nearest_on_triangle(point->p, corner, INFINITY, contact->p);
+        ss_contact_face own;
+        nearest_on_triangle(point->p, face_of(world, point->triangle, cache, &own), INFINITY,
+                            contact->p);
     }
-    const uint32_t count = gather(bvh, world, contact->p, point->ulp, list, &contact->clear);
+    const uint32_t count = gather(bvh, world, contact->p, point->ulp, cache, list, &contact->clear);
     if (!known && count > 0 && list[0].distance <= list[0].reach) {
         memcpy(contact->p, list[0].place, sizeof contact->p);
     }

@@ -39,8 +39,17 @@ static inline uint32_t ss_contact_touched(const ss_contact *contact) {
 }
 
 
+/* Faces read for one point serve its neighbours: SS_CONTACT_CACHE of them, zeroed by the caller, or NULL.
+ * A cache changes no answer. */
+#define SS_CONTACT_CACHE 256
+typedef struct ss_contact_face {
+    double corner[3][3], normal[3];
+    uint32_t triangle;
+    bool filled, sound;
+} ss_contact_face;
+
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
-                     ss_contact *contact);
+                     ss_contact_face *cache, ss_contact *contact);
 /* Does one of the tested faces block the segment from p along d, 0 < t < t_end (double, watertight
  * between faces that share an edge)? */
 bool ss_contact_blocked(const ss_contact *contact, const ss_world *world, const double d[3],

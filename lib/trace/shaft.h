@@ -4,6 +4,8 @@
 #ifndef SS_TRACE_SHAFT_H
 #define SS_TRACE_SHAFT_H
 
+#include <stddef.h>
+
 #include "scene/light.h"
 
 #define SS_SHAFT_PLANES 6
@@ -18,6 +20,10 @@ typedef struct ss_shaft {
 /* extent: the largest |coordinate| of what will be tested. */
 void ss_shaft_make(ss_shaft *shaft, const ss_light *light, double extent, const double low[3],
                    const double high[3]);
+
+/* The same for some points, more tightly than for the box around them, which it gives. */
+void ss_shaft_around(ss_shaft *shaft, const ss_light *light, double extent, const double (*points)[3],
+                     size_t count, double low[3], double high[3]);
 
 /* The largest normal . x of the light as seen from anywhere in the box, -INFINITY where it recedes to
  * infinity that way, INFINITY where it grows to it. */

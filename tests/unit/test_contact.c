@@ -27,7 +27,7 @@ static void look_at(const stand *s, const double host[3], uint32_t triangle, flo
                     ss_contact *out) {
     ss_point point = {.triangle = triangle, .ulp = ulp};
     ss_world_local(s->world, host, point.p);
-    ss_contact_find(s->bvh, s->world, &point, out);
+    ss_contact_find(s->bvh, s->world, &point, NULL, out);
 }
 
 static void far_from_everything(void **unused) {
