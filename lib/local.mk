@@ -8,6 +8,8 @@ include %D%/base/local.mk
 include %D%/scene/local.mk
 include %D%/topology/local.mk
 include %D%/silhouette/local.mk
+include %D%/map/local.mk
+include %D%/raster/local.mk
 include %D%/trace/local.mk
 include %D%/coverage/local.mk
 include %D%/technique/local.mk

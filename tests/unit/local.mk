@@ -53,13 +53,8 @@ tests_unit_test_raytrace_SOURCES = %D%/test_raytrace.c %D%/trace_scene.h
 tests_unit_test_raytrace_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
 
-if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/silhouette
-TESTS += tests/unit/silhouette
-tests_unit_silhouette_SOURCES = %D%/silhouette.c %D%/shapes.h
-tests_unit_silhouette_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
-endif
-
 include %D%/mesh.mk
 
 include %D%/exact.mk
+
+include %D%/maps.mk

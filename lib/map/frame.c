@@ -1,0 +1,400 @@
+/* Fitting light-space frames, and taking points into them. See frame.h for the geometry. */
+#include "map/frame.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <string.h>
+
+#include "base/status.h"
+#include "base/vec.h"
+
+/* Widest half opening of a single perspective frame, as a tangent: beyond it texels at the rim are
+ * five times those in the middle and a cube is better. */
+#define WIDEST 2.0
+/* The near plane as a share of the reference distance. */
+#define NEAREST 0x1p-10
+#define BORDER 2 /* texels around what is asked: a filter's reach and a ring that holds nothing */
+
+typedef struct box {
+    double low[3], high[3];
+} box;
+
+static void corner_of(const box *b, int i, double out[3]) {
+    for (int k = 0; k < 3; k++) out[k] = i >> k & 1 ? b->high[k] : b->low[k];
+}
+
+static box box_of_casters(const ss_world *world) {
+    box b;
+    for (int k = 0; k < 3; k++) b.low[k] = world->bounds[k], b.high[k] = world->bounds[3 + k];
+    return b;
+}
+
+static double diagonal(const box *b) {
+    double d[3];
+    ss_sub(b->high, b->low, d);
+    return ss_length(d);
+}
+
+/* The radius that rate is made of. A rect is taken as the disk of its area; what is a disk only for
+ * some directions is one for all. */
+static double radius_of(const ss_light *light) {
+    if (light->type != SOFTSHADOW_RECT) return light->radius;
+    return sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI);
+}
+
+/* ---- one frame ------------------------------------------------------------------------------ */
+
+static void set_axes(ss_frame *frame, const double z[3]) {
+    memcpy(frame->z, z, sizeof frame->z);
+    ss_basis(frame->z, frame->x, frame->y);
+}
+
+/* A perspective frame from the light's centre along z, its reference plane at that distance. */
+static void place(ss_frame *frame, const ss_light *light, double distance, double radius) {
+    ss_add_scaled(light->centre, distance, frame->z, frame->origin);
+    frame->inverse = 1 / distance;
+    frame->nearest = -distance * (1 - NEAREST);
+    frame->rate = radius / distance;
+}
+
+/* A box in X, Y and h. */
+typedef struct extent {
+    double low[3], high[3];
+    bool empty, cut; /* cut: something of it lies before the near plane */
+} extent;
+
+static const extent no_extent = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY},
+                                 true, false};
+
+static void extend(extent *e, const ss_frame *frame, const double p[3]) {
+    double d[3], c[3];
+    ss_sub(p, frame->origin, d);
+    for (int r = 0; r < 3; r++) {
+        const double *axis = r == 0 ? frame->x : r == 1 ? frame->y : frame->z;
+        c[r] = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+    }
+    if (!(c[2] > frame->nearest)) {
+        e->cut = true;
+        return;
+    }
+    const double s = 1 / (1 + c[2] * frame->inverse);
+    for (int k = 0; k < 3; k++) { /* not fmin and fmax, which are calls */
+        const double at = c[k] * s;
+        if (at < e->low[k]) e->low[k] = at;
+        if (at > e->high[k]) e->high[k] = at;
+    }
+    e->empty = false;
+}
+
+static extent extent_of_box(const ss_frame *frame, const box *b) {
+    extent e = no_extent;
+    for (int i = 0; i < 8; i++) {
+        double p[3];
+        corner_of(b, i, p);
+        extend(&e, frame, p);
+    }
+    return e;
+}
+
+/* Where the segment from p (before the near plane) to q (behind it) crosses. */
+static void extend_crossing(extent *e, const ss_frame *frame, const double p[3], const double q[3]) {
+    double dp[3], dq[3], at[3];
+    ss_sub(p, frame->origin, dp);
+    ss_sub(q, frame->origin, dq);
+    const double zp = ss_dot(dp, frame->z), zq = ss_dot(dq, frame->z);
+    /* a little behind the plane, so that the crossing itself counts as seen */
+    const double z = frame->nearest + 1e-6 / frame->inverse;
+    if (!(zp < z && z < zq)) return;
+    const double t = (z - zp) / (zq - zp);
+    for (int k = 0; k < 3; k++) at[k] = p[k] + t * (q[k] - p[k]);
+    extend(e, frame, at);
+}
+
+/* The sum of many parts' extents; min and max, so the order of parts does not matter. */
+typedef struct measuring {
+    const ss_frame *frame;
+    const ss_world *world;
+    pthread_mutex_t lock;
+    extent sum;
+} measuring;
+
+static void merge(measuring *m, const extent *e) {
+    pthread_mutex_lock(&m->lock);
+    for (int k = 0; k < 3; k++) {
+        m->sum.low[k] = fmin(m->sum.low[k], e->low[k]);
+        m->sum.high[k] = fmax(m->sum.high[k], e->high[k]);
+    }
+    m->sum.empty &= e->empty, m->sum.cut |= e->cut;
+    pthread_mutex_unlock(&m->lock);
+}
+
+static softshadow_status measure_vertices(void *ctx, uint64_t begin, uint64_t end) {
+    measuring *m = ctx;
+    extent e = no_extent;
+    for (uint64_t v = begin; v < end; v++) {
+        const float *f = m->world->vertices + 3 * v;
+        extend(&e, m->frame, (double[3]){f[0], f[1], f[2]});
+    }
+    merge(m, &e);
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t end) {
+    measuring *m = ctx;
+    extent e = no_extent;
+    for (uint64_t t = begin; t < end; t++) {
+        double p[3][3];
+        for (int i = 0; i < 3; i++) {
+            const float *f = m->world->vertices + 3 * (size_t)m->world->indices[3 * t + (size_t)i];
+            for (int k = 0; k < 3; k++) p[i][k] = f[k];
+        }
+        for (int i = 0; i < 3; i++) {
+            extend(&e, m->frame, p[i]);
+            extend_crossing(&e, m->frame, p[i], p[(i + 1) % 3]);
+            extend_crossing(&e, m->frame, p[(i + 1) % 3], p[i]);
+        }
+    }
+    e.cut = false;
+    merge(m, &e);
+    return SOFTSHADOW_OK;
+}
+
+/* Of the casters themselves: the corners of their box can be far outside. What lies before the near
+ * plane is clipped away. */
+static extent extent_of_casters(const ss_frame *frame, const ss_world *world, ss_pool *pool) {
+    measuring m = {.frame = frame, .world = world, .sum = no_extent};
+    pthread_mutex_init(&m.lock, NULL);
+    ss_parallel_for(pool, world->vertex_count, 16384, measure_vertices, &m);
+    if (m.sum.cut) {
+        m.sum = no_extent;
+        ss_parallel_for(pool, world->triangle_count, 16384, measure_triangles, &m);
+    }
+    pthread_mutex_destroy(&m.lock);
+    return m.sum;
+}
+
+/* Is all of the box within the opening, in front of the near plane? */
+static bool holds(const ss_frame *frame, const box *b) {
+    const extent e = extent_of_box(frame, b);
+    const double widest = frame->inverse > 0 ? WIDEST / frame->inverse : INFINITY;
+    return !e.cut && e.low[0] >= -widest && e.low[1] >= -widest && e.high[0] <= widest &&
+           e.high[1] <= widest;
+}
+
+/* ---- how much of a frame is needed ---------------------------------------------------------- */
+
+/* A receiver's h at least as deep as any that is asked: the bounds' farthest corner, or without bounds
+ * one casters' diagonal behind the last caster. */
+static double farthest(const ss_frame *frame, const ss_fit *fit, const box *casters) {
+    box b = *casters;
+    if (fit->bounded) memcpy(&b, fit->bounds, sizeof b);
+    double z = -INFINITY;
+    for (int i = 0; i < 8; i++) {
+        double p[3], d[3];
+        corner_of(&b, i, p);
+        ss_sub(p, frame->origin, d);
+        z = fmax(z, ss_dot(d, frame->z));
+    }
+    if (!fit->bounded) z += diagonal(casters);
+    z = fmax(z, frame->nearest / 2); /* behind the light: nothing of it will be kept */
+    return z / (1 + z * frame->inverse);
+}
+
+static void widen(extent *e, double by) {
+    for (int k = 0; k < 2; k++) e->low[k] -= by, e->high[k] += by;
+}
+
+static void cut_to(extent *e, const double low[2], const double high[2]) {
+    for (int k = 0; k < 2; k++) {
+        e->low[k] = fmax(e->low[k], low[k]), e->high[k] = fmin(e->high[k], high[k]);
+        if (!(e->low[k] <= e->high[k])) e->empty = true;
+    }
+}
+
+/* Sets the frame's window; false: no point that is asked can be shadowed here. */
+static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, double opening,
+                       ss_pool *pool) {
+    const double reach = frame->inverse > 0 ? opening / frame->inverse : INFINITY;
+    const double low[2] = {-reach, -reach}, high[2] = {reach, reach};
+    extent need = extent_of_casters(frame, fit->world, pool);
+    if (need.empty) return false;
+    frame->near_h = need.low[2];
+    frame->far_h = fmax(farthest(frame, fit, casters), need.low[2]);
+    const double most = frame->rate * (frame->far_h - frame->near_h);
+    widen(&need, most);
+    cut_to(&need, low, high);
+    if (fit->bounded) {
+        box b;
+        memcpy(&b, fit->bounds, sizeof b);
+        const extent region = extent_of_box(frame, &b);
+        if (region.empty || region.high[2] < frame->near_h) return false;
+        if (!region.cut) cut_to(&need, region.low, region.high);
+    }
+    if (need.empty) return false;
+    if (fit->margin) widen(&need, most), cut_to(&need, low, high);
+    double side = fmax(need.high[0] - need.low[0], need.high[1] - need.low[1]);
+    const uint32_t n = fit->resolution;
+    const double used = n > 2 * BORDER + 1 ? n - 2 * BORDER : 1;
+    if (!(side > 0)) side = 0x1p-20; /* a point or nothing at all */
+    frame->texel = side * (1 + 1e-9) / used;
+    for (int k = 0; k < 2; k++) {
+        frame->low[k] = (need.low[k] + need.high[k]) / 2 - frame->texel * n / 2;
+    }
+    return true;
+}
+
+/* ---- which frames --------------------------------------------------------------------------- */
+
+static void fit_sun(ss_frames *out, const ss_fit *fit, const box *casters, ss_pool *pool) {
+    ss_frame *frame = &out->face[0];
+    double z[3];
+    for (int k = 0; k < 3; k++) {
+        z[k] = -fit->light->normal[k];
+        frame->origin[k] = (casters->low[k] + casters->high[k]) / 2;
+    }
+    set_axes(frame, z);
+    frame->nearest = -INFINITY;
+    frame->rate = out->radius;
+    out->count = fit_window(frame, fit, casters, INFINITY, pool);
+}
+
+/* The axis of a single frame: a flat light's normal, on the casters' side; for a sphere towards the
+ * middle of what it must see. */
+static bool aim(ss_frame *frame, const ss_light *light, const box *b, double radius) {
+    double to[3], z[3];
+    for (int k = 0; k < 3; k++) to[k] = (b->low[k] + b->high[k]) / 2 - light->centre[k];
+    const bool flat = light->type != SOFTSHADOW_SPHERE && ss_dot(light->normal, light->normal) > 0;
+    memcpy(z, flat ? light->normal : to, sizeof z);
+    for (int k = 0; k < 3 && ss_dot(to, light->normal) < 0 && flat; k++) z[k] = -light->normal[k];
+    if (!ss_normalize(z)) return false;
+    const double distance = ss_dot(to, z);
+    if (!(distance > 0)) return false;
+    set_axes(frame, z);
+    place(frame, light, distance, radius);
+    return holds(frame, b);
+}
+
+/* Six faces, 2 k for +axis k and 2 k + 1 for -axis k. */
+static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_pool *pool) {
+    const ss_light *light = fit->light;
+    double distance = 0;
+    for (int i = 0; i < 8; i++) {
+        double p[3], d[3];
+        corner_of(casters, i, p);
+        ss_sub(p, light->centre, d);
+        distance = fmax(distance, ss_length(d) / 2);
+    }
+    out->cube = true;
+    memcpy(out->centre, light->centre, sizeof out->centre);
+    const bool flat = light->type != SOFTSHADOW_SPHERE && ss_dot(light->normal, light->normal) > 0;
+    for (int k = 0; k < 3; k++) out->axes[2][k] = flat ? light->normal[k] : k == 2;
+    ss_basis(out->axes[2], out->axes[0], out->axes[1]);
+    for (int i = 0; i < SS_MAP_FACES; i++) {
+        ss_frame *frame = &out->face[out->count];
+        const int a = i / 2;
+        *frame = (ss_frame){0};
+        for (int k = 0; k < 3; k++) {
+            frame->z[k] = i & 1 ? -out->axes[a][k] : out->axes[a][k];
+            frame->x[k] = out->axes[(a + 1) % 3][k], frame->y[k] = out->axes[(a + 2) % 3][k];
+        }
+        place(frame, light, distance, out->radius);
+        out->face_of[i] = -1;
+        if (!fit_window(frame, fit, casters, 1 + 4.0 / fit->resolution, pool)) continue;
+        out->face_of[i] = (int8_t)out->count++;
+    }
+}
+
+softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool) {
+    *out = (ss_frames){.resolution = fit->resolution, .radius = radius_of(fit->light)};
+    if (fit->world->triangle_count == 0) return SOFTSHADOW_OK;
+    const box casters = box_of_casters(fit->world);
+    box b;
+    memcpy(&b, fit->bounds, sizeof b);
+    if (fit->light->type == SOFTSHADOW_SUN) {
+        fit_sun(out, fit, &casters, pool);
+    } else if (aim(&out->face[0], fit->light, &casters, out->radius) ||
+               (fit->bounded && aim(&out->face[0], fit->light, &b, out->radius))) {
+        out->count = fit_window(&out->face[0], fit, &casters, 2 * WIDEST, pool);
+    } else {
+        fit_cube(out, fit, &casters, pool);
+    }
+    return SOFTSHADOW_OK;
+}
+
+void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
+                     double matrix[16]) {
+    /* local = host * scale - shift; homogeneous (X w, Y w, h w, w) is linear in local coordinates. */
+    double rows[4][4] = {{0}};
+    const double *axis[3] = {frame->x, frame->y, frame->z};
+    for (int r = 0; r < 3; r++) {
+        for (int k = 0; k < 3; k++) {
+            rows[r][k] = axis[r][k] * world->scale;
+            rows[r][3] -= axis[r][k] * ((world->low[k] + world->half[k]) * world->scale +
+                                        frame->origin[k]);
+        }
+    }
+    for (int k = 0; k < 4; k++) rows[3][k] = rows[2][k] * frame->inverse + (k == 3);
+    const double half = frame->texel * resolution / 2;
+    const double depth = fmax((frame->far_h - frame->near_h) / 2, 0x1p-40);
+    const double middle[3] = {frame->low[0] + half, frame->low[1] + half,
+                              (frame->far_h + frame->near_h) / 2};
+    const double size[3] = {half, half, depth};
+    for (int r = 0; r < 4; r++) {
+        for (int k = 0; k < 4; k++) {
+            matrix[4 * r + k] = r < 3 ? (rows[r][k] - middle[r] * rows[3][k]) / size[r] : rows[3][k];
+        }
+    }
+}
+
+/* ---- points --------------------------------------------------------------------------------- */
+
+/* Outside of the map, or NaN from a division by nothing: the corner, which holds nothing. */
+static inline void settle(ss_looks *out, size_t i, bool seen, float most) {
+    const bool in = seen && out->x[i] >= 0 && out->y[i] >= 0 && out->x[i] < most && out->y[i] < most;
+    out->x[i] = in ? out->x[i] : 0;
+    out->y[i] = in ? out->y[i] : 0;
+    out->h[i] = in ? out->h[i] : -SS_MAP_FAR;
+}
+
+static void look_single(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
+    const ss_frame f = frames->face[0];
+    const float most = (float)frames->resolution;
+    const double per = 1 / f.texel, low_x = f.low[0] * per, low_y = f.low[1] * per;
+    for (size_t i = 0; i < n; i++) {
+        const double *p = points[i].p;
+        const double a = p[0] - f.origin[0], b = p[1] - f.origin[1], c = p[2] - f.origin[2];
+        const double x = a * f.x[0] + b * f.x[1] + c * f.x[2];
+        const double y = a * f.y[0] + b * f.y[1] + c * f.y[2];
+        const double z = a * f.z[0] + b * f.z[1] + c * f.z[2];
+        const double s = 1 / (1 + z * f.inverse), scaled = s * per;
+        out->x[i] = (float)(x * scaled - low_x);
+        out->y[i] = (float)(y * scaled - low_y);
+        out->h[i] = (float)(z * s);
+        out->base[i] = 0, out->face[i] = 0;
+        settle(out, i, z > f.nearest, most);
+    }
+}
+
+static void look_cube(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
+    const float most = (float)frames->resolution;
+    const uint32_t texels = frames->resolution * frames->resolution;
+    for (size_t i = 0; i < n; i++) {
+        double d[3], along[3], at[3] = {0, 0, 0};
+        ss_sub(points[i].p, frames->centre, d);
+        int a = 0;
+        for (int k = 0; k < 3; k++) along[k] = ss_dot(d, frames->axes[k]);
+        for (int k = 1; k < 3; k++) a = fabs(along[k]) > fabs(along[a]) ? k : a;
+        const int face = frames->face_of[2 * a + (along[a] < 0)];
+        const bool seen = face >= 0 && ss_frame_project(&frames->face[face < 0 ? 0 : face], points[i].p, at);
+        for (int k = 0; k < 3; k++) at[k] = fmax(-1e30, fmin(1e30, at[k]));
+        out->x[i] = (float)at[0], out->y[i] = (float)at[1], out->h[i] = (float)at[2];
+        out->face[i] = (uint8_t)(face < 0 ? 0 : face);
+        out->base[i] = out->face[i] * texels;
+        settle(out, i, seen, most);
+    }
+}
+
+void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
+    if (frames->cube) look_cube(frames, points, n, out);
+    else look_single(frames, points, n, out);
+}

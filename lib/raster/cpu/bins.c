@@ -1,0 +1,74 @@
+/* A counting sort in two passes over chunks of items. */
+#include "raster/cpu/bins.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+
+#define CHUNK 4096
+
+typedef struct builder {
+    ss_bins *bins;
+    size_t n;
+    uint32_t *count; /* chunk x band: how many, then where they go */
+    ss_bin_rows *rows;
+    const void *ctx;
+    bool fill;
+} builder;
+
+static softshadow_status pass(void *ctx, uint64_t begin, uint64_t end) {
+    const builder *b = ctx;
+    for (uint64_t chunk = begin; chunk < end; chunk++) {
+        uint32_t *count = b->count + chunk * b->bins->bands;
+        const size_t last_item = (chunk + 1) * CHUNK < b->n ? (chunk + 1) * CHUNK : b->n;
+        for (size_t i = chunk * CHUNK; i < last_item; i++) {
+            int32_t first, last;
+            if (!b->rows(b->ctx, i, &first, &last)) continue;
+            for (int32_t band = first / SS_BAND; band <= last / SS_BAND; band++) {
+                if (b->fill) b->bins->item[count[band]++] = (uint32_t)i;
+                else count[band]++;
+            }
+        }
+    }
+    return SOFTSHADOW_OK;
+}
+
+static bool place(builder *b, size_t chunks) {
+    size_t sum = 0;
+    for (uint32_t band = 0; band < b->bins->bands; band++) {
+        b->bins->first[band] = (uint32_t)sum;
+        for (size_t chunk = 0; chunk < chunks; chunk++) {
+            uint32_t *count = &b->count[chunk * b->bins->bands + band];
+            const uint32_t n = *count;
+            *count = (uint32_t)sum;
+            sum += n;
+        }
+    }
+    b->bins->first[b->bins->bands] = (uint32_t)sum;
+    b->bins->item = sum <= UINT32_MAX ? ss_alloc(sum, sizeof *b->bins->item) : NULL;
+    return b->bins->item != NULL;
+}
+
+softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss_bin_rows *rows,
+                                const void *ctx, ss_pool *pool) {
+    *bins = (ss_bins){.bands = (resolution + SS_BAND - 1) / SS_BAND};
+    const size_t chunks = (n + CHUNK - 1) / CHUNK;
+    builder b = {bins, n, NULL, rows, ctx, false};
+    bins->first = ss_alloc(bins->bands + 1, sizeof *bins->first);
+    b.count = ss_alloc(chunks * bins->bands, sizeof *b.count);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!bins->first || !b.count) status = SOFTSHADOW_E_MEMORY;
+    if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
+    if (!status && !place(&b, chunks)) status = SOFTSHADOW_E_MEMORY;
+    b.fill = true;
+    if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
+    ss_free(b.count);
+    if (status) ss_bins_free(bins);
+    if (status == SOFTSHADOW_E_MEMORY) return ss_fail(status, "map: out of memory for %zu triangles", n);
+    return status;
+}
+
+void ss_bins_free(ss_bins *bins) {
+    ss_free(bins->first);
+    ss_free(bins->item);
+    *bins = (ss_bins){0};
+}

@@ -1,0 +1,306 @@
+/* map and raster: frames, the fill rule, depth against rays cast one by one, any number of threads. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/vec.h"
+#include "map/frame.h"
+#include "raster/raster.h"
+#include "shapes.h"
+
+typedef struct scene {
+    ss_scene scene;
+    ss_world *world;
+    ss_light light;
+} scene;
+
+static scene make(const shape *s, const softshadow_light *light) {
+    scene b = {0};
+    uint32_t id;
+    const softshadow_mesh mesh = shape_mesh(s);
+    assert_int_equal(ss_scene_add_mesh(&b.scene, &mesh, &id), SOFTSHADOW_OK);
+    assert_int_equal(ss_scene_add_light(&b.scene, light, true, &id), SOFTSHADOW_OK);
+    assert_int_equal(ss_world_create(&b.world, &b.scene), SOFTSHADOW_OK);
+    ss_world_light(b.world, &b.scene.lights[0], &b.light);
+    return b;
+}
+
+static void drop(scene *b) {
+    ss_world_destroy(b->world);
+    ss_scene_free(&b->scene);
+}
+
+static softshadow_light sphere_at(double x, double y, double z, double radius) {
+    softshadow_light light = SOFTSHADOW_LIGHT_INIT;
+    light.position[0] = x, light.position[1] = y, light.position[2] = z, light.radius = radius;
+    return light;
+}
+
+static softshadow_light sun_along(double x, double y, double z, double angle) {
+    softshadow_light light = SOFTSHADOW_LIGHT_INIT;
+    light.type = SOFTSHADOW_SUN;
+    light.direction[0] = x, light.direction[1] = y, light.direction[2] = z, light.radius = angle;
+    return light;
+}
+
+static ss_frames fit(const scene *b, uint32_t resolution, const double *host_bounds, bool margin) {
+    ss_frames frames;
+    ss_pool *pool = test_pool(2);
+    ss_fit f = {.world = b->world, .light = &b->light, .resolution = resolution, .margin = margin};
+    if (host_bounds) {
+        f.bounded = true;
+        ss_world_local(b->world, host_bounds, f.bounds);
+        ss_world_local(b->world, host_bounds + 3, f.bounds + 3);
+    }
+    assert_int_equal(ss_frames_fit(&frames, &f, pool), SOFTSHADOW_OK);
+    ss_pool_destroy(pool);
+    return frames;
+}
+
+/* ---- the fill rule -------------------------------------------------------------------------- */
+
+typedef struct tally {
+    uint32_t resolution;
+    uint8_t *count;
+    float *sum; /* attribute 0 */
+} tally;
+
+static void count_run(void *ctx, const ss_raster_run *run) {
+    tally *t = ctx;
+    for (uint32_t i = 0; i < run->n; i++) {
+        const size_t at = (size_t)run->y * t->resolution + run->x + i;
+        t->count[at]++;
+        t->sum[at] += run->attribute[0][i];
+    }
+}
+
+static uint64_t random_state = 7;
+static double uniform(void) {
+    random_state = random_state * 6364136223846793005u + 1442695040888963407u;
+    return (double)(random_state >> 11) * 0x1p-53;
+}
+
+/* A jittered grid of quads over the map and beyond: every texel exactly once, in whatever winding. */
+static void test_watertight(void **state) {
+    (void)state;
+    enum { SIDE = 40, RES = 101 };
+    static double v[SIDE + 1][SIDE + 1][2];
+    static ss_raster_triangle t[2 * SIDE * SIDE];
+    for (int kind = 0; kind < 4; kind++) {
+        size_t n = 0;
+        for (int i = 0; i <= SIDE; i++) {
+            for (int j = 0; j <= SIDE; j++) {
+                /* kind 1: corners on centres and edges on centre lines; 2: far out of the guard band */
+                const double step = kind == 1 ? 3 : kind == 2 ? 4000 : 130.0 / SIDE;
+                const double jitter = kind == 1 ? 0 : kind == 3 ? 0 : .45 * step;
+                v[i][j][0] = -10.5 * (kind == 2 ? 7000 : 1) + j * step + jitter * (uniform() - .5);
+                v[i][j][1] = -10.5 * (kind == 2 ? 7000 : 1) + i * step + jitter * (uniform() - .5);
+            }
+        }
+        for (int i = 0; i < SIDE; i++) {
+            for (int j = 0; j < SIDE; j++) {
+                const double *c[4] = {v[i][j], v[i][j + 1], v[i + 1][j + 1], v[i + 1][j]};
+                const int flip = (i + j) & 1;
+                const int order[2][3] = {{0, 1 + flip, 2 - flip}, {0, 2 + flip, 3 - flip}};
+                for (int h = 0; h < 2; h++, n++) {
+                    for (int k = 0; k < 3; k++) {
+                        t[n].corner[k][0] = c[order[h][k]][0], t[n].corner[k][1] = c[order[h][k]][1];
+                        t[n].attribute[k][0] = 3 + .25 * t[n].corner[k][0] - .5 * t[n].corner[k][1];
+                    }
+                }
+            }
+        }
+        for (uint32_t threads = 1; threads <= 7; threads += 3) {
+            ss_pool *pool = test_pool(threads);
+            uint8_t *count = calloc(RES * RES, 1);
+            float *sum = calloc(RES * RES, sizeof *sum);
+            tally tl = {RES, count, sum};
+            assert_int_equal(ss_raster_cpu.draw(t, n, 1, RES, count_run, &tl, pool), SOFTSHADOW_OK);
+            for (int y = 0; y < RES; y++) {
+                for (int x = 0; x < RES; x++) {
+                    assert_int_equal(count[y * RES + x], 1);
+                    if (kind == 2) continue; /* its numbers are as large as its corners */
+                    assert_true(fabs(sum[y * RES + x] - (3 + .25 * (x + .5) - .5 * (y + .5))) < 1e-3);
+                }
+            }
+            free(count), free(sum);
+            ss_pool_destroy(pool);
+        }
+    }
+}
+
+/* ---- depth ---------------------------------------------------------------------------------- */
+
+/* The nearest h along the ray through a map position, one triangle after the other. */
+static double cast(const ss_world *w, const ss_frame *f, double column, double row) {
+    const double X = f->low[0] + column * f->texel, Y = f->low[1] + row * f->texel;
+    double best = SS_MAP_FAR;
+    for (size_t t = 0; t < w->triangle_count; t++) {
+        double c[3][3];
+        bool seen = true;
+        for (int i = 0; i < 3; i++) {
+            const float *p = w->vertices + 3 * (size_t)w->indices[3 * t + (size_t)i];
+            const double d[3] = {p[0] - f->origin[0], p[1] - f->origin[1], p[2] - f->origin[2]};
+            c[i][0] = ss_dot(d, f->x), c[i][1] = ss_dot(d, f->y), c[i][2] = ss_dot(d, f->z);
+            seen &= c[i][2] > f->nearest;
+        }
+        if (!seen) continue;
+        double weight[3], area = 0;
+        for (int i = 0; i < 3; i++) {
+            const double *a = c[(i + 1) % 3], *b = c[(i + 2) % 3];
+            const double sa = 1 / (1 + a[2] * f->inverse), sb = 1 / (1 + b[2] * f->inverse);
+            weight[i] = (a[0] * sa - X) * (b[1] * sb - Y) - (a[1] * sa - Y) * (b[0] * sb - X);
+            area += weight[i];
+        }
+        if (area == 0) continue;
+        double h = 0;
+        for (int i = 0; i < 3; i++) {
+            if (weight[i] / area < 0) seen = false;
+            h += weight[i] / area * c[i][2] / (1 + c[i][2] * f->inverse);
+        }
+        if (seen) best = fmin(best, h);
+    }
+    return best;
+}
+
+static void check_depth(const scene *b, uint32_t resolution) {
+    const ss_frames frames = fit(b, resolution, NULL, false);
+    assert_true(frames.count > 0);
+    const size_t texels = (size_t)resolution * resolution;
+    float *first = ss_alloc(texels, sizeof *first), *plane = ss_alloc(texels, sizeof *plane);
+    float *second = ss_alloc(texels, sizeof *second);
+    size_t off = 0, covered = 0;
+    for (uint32_t face = 0; face < frames.count; face++) {
+        const ss_raster_casters casters = {.world = b->world, .frame = &frames.face[face],
+                                           .resolution = resolution, .deepest = SS_MAP_FAR};
+        for (uint32_t threads = 1; threads <= 7; threads += 3) {
+            ss_pool *pool = test_pool(threads);
+            float *into = threads == 1 ? first : plane;
+            assert_int_equal(ss_raster_cpu.depth(&casters, into, pool), SOFTSHADOW_OK);
+            if (threads > 1) assert_memory_equal(plane, first, texels * sizeof *plane);
+            assert_int_equal(ss_raster_cpu.peel(&casters, first, second, pool), SOFTSHADOW_OK);
+            ss_pool_destroy(pool);
+        }
+        for (size_t i = 0; i < texels; i++) {
+            const double truth = cast(b->world, &frames.face[face], i % resolution + .5, i / resolution + .5);
+            covered += first[i] < SS_MAP_FAR;
+            assert_true(second[i] > first[i] || first[i] == SS_MAP_FAR);
+            /* steep faces move by their slope times the snapping of 1/512 texel */
+            if (fabs(truth - first[i]) > 1e-3 * (1 + fabs(truth))) off++;
+        }
+    }
+    assert_true(covered > 100);
+    assert_true(off * 200 < covered); /* a rim of texels whose centre is within the snapping */
+    ss_free(first), ss_free(plane), ss_free(second);
+}
+
+static void test_depth(void **state) {
+    (void)state;
+    shape s = shape_sphere(12, .2);
+    const softshadow_light lights[] = {sphere_at(.5, -1, 4, .1), sun_along(.3, -.2, -1, .02),
+                                       sphere_at(1e7, 2e7, 3e7, 1e5), sphere_at(.1, .2, .1, .1)};
+    for (size_t i = 0; i < sizeof lights / sizeof *lights; i++) {
+        scene b = make(&s, &lights[i]);
+        check_depth(&b, 33);
+        drop(&b);
+    }
+    shape_free(&s);
+}
+
+/* A body all around the light: a cube of six faces; one to the side: one frame. */
+static void test_faces(void **state) {
+    (void)state;
+    shape s = shape_sphere(12, 0);
+    const softshadow_light in = sphere_at(.1, .2, .1, .05), out = sphere_at(0, 0, 3, .05),
+                           beside = sphere_at(0, 0, 1.05, .05);
+    const double below[6] = {-1, -1, -5, 1, 1, -4}, above[6] = {-1, -1, 4, 1, 1, 5};
+    scene b = make(&s, &in);
+    ss_frames frames = fit(&b, 32, NULL, false);
+    assert_true(frames.cube && frames.count == 6);
+    frames = fit(&b, 32, below, false); /* one frame sees all that is asked */
+    assert_true(!frames.cube && frames.count == 1);
+    drop(&b);
+    b = make(&s, &out);
+    frames = fit(&b, 32, NULL, false);
+    assert_true(!frames.cube && frames.count == 1);
+    frames = fit(&b, 32, above, false); /* nothing between those points and the light */
+    assert_int_equal(frames.count, 0);
+    drop(&b);
+    b = make(&s, &beside);
+    frames = fit(&b, 32, NULL, false);
+    assert_true(frames.count >= 1 && frames.count < 6); /* no face for the empty side */
+    drop(&b);
+    shape_free(&s);
+}
+
+/* Points go where the pixels are: the matrix, the projection and the looks agree. */
+static void test_looks(void **state) {
+    (void)state;
+    shape s = shape_sphere(12, 0);
+    const softshadow_light lights[] = {sphere_at(.5, -1, 4, .1), sun_along(.3, -.2, -1, .02),
+                                       sphere_at(.1, .2, .1, .1)};
+    for (size_t l = 0; l < sizeof lights / sizeof *lights; l++) {
+        scene b = make(&s, &lights[l]);
+        const ss_frames frames = fit(&b, 64, NULL, false);
+        for (int i = 0; i < 200; i++) {
+            ss_point point = {.p = {3 * uniform() - 1.5, 3 * uniform() - 1.5, 3 * uniform() - 1.5}};
+            ss_looks looks;
+            ss_frames_look(&frames, &point, 1, &looks);
+            if (looks.h[0] == -SS_MAP_FAR) continue;
+            const ss_frame *f = &frames.face[looks.face[0]];
+            double at[3] = {0}, matrix[16], host[3], clip[4];
+            assert_true(ss_frame_project(f, point.p, at));
+            assert_true(fabs(at[0] - looks.x[0]) < 1e-4 && fabs(at[1] - looks.y[0]) < 1e-4);
+            ss_frame_matrix(f, b.world, 64, matrix);
+            for (int k = 0; k < 3; k++) {
+                host[k] = point.p[k] / b.world->scale + b.world->half[k] + b.world->low[k];
+            }
+            for (int r = 0; r < 4; r++) {
+                clip[r] = matrix[4 * r + 3];
+                for (int k = 0; k < 3; k++) clip[r] += matrix[4 * r + k] * host[k];
+            }
+            for (int k = 0; k < 2; k++) {
+                assert_true(fabs((clip[k] / clip[3] + 1) * 32 - at[k]) < 1e-9 * 64);
+            }
+            assert_true((clip[2] / clip[3] <= 1) == (at[2] <= f->far_h * (1 + 1e-12)));
+        }
+        drop(&b);
+    }
+    shape_free(&s);
+}
+
+static void test_speed(void **state) {
+    (void)state;
+    shape s = shape_sphere(132, .1);
+    const softshadow_light light = sphere_at(2, 1, 4, .1);
+    scene b = make(&s, &light);
+    const ss_frames frames = fit(&b, 1024, NULL, false);
+    float *plane = ss_alloc(1024 * 1024, sizeof *plane);
+    const ss_raster_casters casters = {.world = b.world, .frame = &frames.face[0], .resolution = 1024,
+                                       .deepest = SS_MAP_FAR};
+    for (uint32_t threads = 1; threads <= 2; threads++) {
+        ss_pool *pool = test_pool(threads);
+        double best = 1e9;
+        for (int i = 0; i < 5; i++) {
+            const double start = ss_clock();
+            assert_int_equal(ss_raster_cpu.depth(&casters, plane, pool), SOFTSHADOW_OK);
+            best = fmin(best, ss_clock() - start);
+        }
+        print_message("%zu triangles at 1024^2 on %u threads: %.1f ms\n", s.triangle_count, threads, best * 1e3);
+        ss_pool_destroy(pool);
+    }
+    ss_free(plane);
+    drop(&b);
+    shape_free(&s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_watertight), cmocka_unit_test(test_depth), cmocka_unit_test(test_faces),
+        cmocka_unit_test(test_looks),      cmocka_unit_test(test_speed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
