@@ -114,6 +114,8 @@ static void extend_crossing(extent *e, const ss_frame *frame, const double p[3],
 typedef struct measuring {
     const ss_frame *frame;
     const ss_world *world;
+    const extent *region; /* only casters that can shadow it; NULL: all */
+    bool cut;             /* some vertex lies before the near plane */
     pthread_mutex_t lock;
     extent sum;
 } measuring;
@@ -139,6 +141,22 @@ static softshadow_status measure_vertices(void *ctx, uint64_t begin, uint64_t en
     return SOFTSHADOW_OK;
 }
 
+/* Can a caster of this extent shadow anything in the region? */
+static bool shadows(const ss_frame *frame, const extent *caster, const extent *region) {
+    if (caster->empty || !(caster->low[2] <= region->high[2])) return false;
+    const double reach = frame->rate * (region->high[2] - caster->low[2]);
+    return caster->low[0] <= region->high[0] + reach && caster->high[0] >= region->low[0] - reach &&
+           caster->low[1] <= region->high[1] + reach && caster->high[1] >= region->low[1] - reach;
+}
+
+static void join(extent *sum, const extent *e) {
+    for (int k = 0; k < 3; k++) {
+        if (e->low[k] < sum->low[k]) sum->low[k] = e->low[k];
+        if (e->high[k] > sum->high[k]) sum->high[k] = e->high[k];
+    }
+    sum->empty &= e->empty;
+}
+
 static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t end) {
     measuring *m = ctx;
     extent e = no_extent;
@@ -148,25 +166,38 @@ static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t e
             const float *f = m->world->vertices + 3 * (size_t)m->world->indices[3 * t + (size_t)i];
             for (int k = 0; k < 3; k++) p[i][k] = f[k];
         }
+        extent one = no_extent;
         for (int i = 0; i < 3; i++) {
-            extend(&e, m->frame, p[i]);
-            extend_crossing(&e, m->frame, p[i], p[(i + 1) % 3]);
-            extend_crossing(&e, m->frame, p[(i + 1) % 3], p[i]);
+            extend(&one, m->frame, p[i]);
+            if (!m->cut) continue;
+            extend_crossing(&one, m->frame, p[i], p[(i + 1) % 3]);
+            extend_crossing(&one, m->frame, p[(i + 1) % 3], p[i]);
         }
+        if (!m->region || shadows(m->frame, &one, m->region)) join(&e, &one);
     }
-    e.cut = false;
     merge(m, &e);
     return SOFTSHADOW_OK;
 }
 
-/* Of the casters themselves: the corners of their box can be far outside. What lies before the near
- * plane is clipped away. */
-static extent extent_of_casters(const ss_frame *frame, const ss_world *world, ss_pool *pool) {
+/* Of the casters themselves, as the corners of their box can be far outside, and of those only that can
+ * shadow the region. What lies before the near plane is clipped away. */
+static extent extent_of_casters(const ss_frame *frame, const ss_world *world, const extent *region,
+                                ss_pool *pool) {
     measuring m = {.frame = frame, .world = world, .sum = no_extent};
     pthread_mutex_init(&m.lock, NULL);
     ss_parallel_for(pool, world->vertex_count, 16384, measure_vertices, &m);
-    if (m.sum.cut) {
+    m.cut = m.sum.cut;
+    if (region && !m.cut) { /* all of them inside: none to leave out */
+        const double reach = frame->rate * (region->high[2] - m.sum.low[2]);
+        bool within = m.sum.high[2] <= region->high[2];
+        for (int k = 0; k < 2; k++) {
+            within &= m.sum.low[k] >= region->low[k] - reach && m.sum.high[k] <= region->high[k] + reach;
+        }
+        if (!within) m.region = region;
+    }
+    if (m.cut || m.region) {
         m.sum = no_extent;
+        m.region = region;
         ss_parallel_for(pool, world->triangle_count, 16384, measure_triangles, &m);
     }
     pthread_mutex_destroy(&m.lock);
@@ -211,27 +242,31 @@ static void cut_to(extent *e, const double low[2], const double high[2]) {
     }
 }
 
+static void cut_to_extent(extent *e, const extent *window) { cut_to(e, window->low, window->high); }
+
 /* Sets the frame's window; false: no point that is asked can be shadowed here. */
 static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, double opening,
                        ss_pool *pool) {
     const double reach = frame->inverse > 0 ? opening / frame->inverse : INFINITY;
-    const double low[2] = {-reach, -reach}, high[2] = {reach, reach};
-    extent need = extent_of_casters(frame, fit->world, pool);
-    if (need.empty) return false;
-    frame->near_h = need.low[2];
-    frame->far_h = fmax(farthest(frame, fit, casters), need.low[2]);
-    const double most = frame->rate * (frame->far_h - frame->near_h);
-    widen(&need, most);
-    cut_to(&need, low, high);
+    extent view = {{-reach, -reach, -INFINITY}, {reach, reach, INFINITY}, false, false}, region = view;
+    frame->far_h = farthest(frame, fit, casters);
     if (fit->bounded) {
         box b;
         memcpy(&b, fit->bounds, sizeof b);
-        const extent region = extent_of_box(frame, &b);
-        if (region.empty || region.high[2] < frame->near_h) return false;
-        if (!region.cut) cut_to(&need, region.low, region.high);
+        const extent asked = extent_of_box(frame, &b);
+        if (asked.empty) return false;
+        if (!asked.cut) cut_to_extent(&region, &asked);
     }
+    region.high[2] = frame->far_h;
+    if (region.empty) return false;
+    extent need = extent_of_casters(frame, fit->world, fit->bounded ? &region : NULL, pool);
+    if (need.empty || need.low[2] > frame->far_h) return false;
+    frame->near_h = need.low[2];
+    const double most = frame->rate * (frame->far_h - frame->near_h);
+    widen(&need, most);
+    cut_to_extent(&need, &region);
     if (need.empty) return false;
-    if (fit->margin) widen(&need, most), cut_to(&need, low, high);
+    if (fit->margin) widen(&need, most), cut_to_extent(&need, &view);
     double side = fmax(need.high[0] - need.low[0], need.high[1] - need.low[1]);
     const uint32_t n = fit->resolution;
     const double used = n > 2 * BORDER + 1 ? n - 2 * BORDER : 1;
@@ -304,10 +339,25 @@ static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_p
     }
 }
 
+/* The part of the casters' box that can be between the light and the bounds: inside the box around
+ * both. Far casters then turn no frame away from what it is for. */
+static box relevant(const ss_fit *fit, const box *casters, double radius) {
+    box b = *casters;
+    for (int k = 0; k < 3 && fit->bounded; k++) {
+        const bool sun = fit->light->type == SOFTSHADOW_SUN;
+        const double centre = fit->light->centre[k];
+        const double low = sun ? -INFINITY : fmin(fit->bounds[k], centre - radius);
+        const double high = sun ? INFINITY : fmax(fit->bounds[3 + k], centre + radius);
+        b.low[k] = fmin(fmax(b.low[k], low), b.high[k]);
+        b.high[k] = fmax(fmin(b.high[k], high), b.low[k]);
+    }
+    return b;
+}
+
 softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool) {
     *out = (ss_frames){.resolution = fit->resolution, .radius = radius_of(fit->light)};
     if (fit->world->triangle_count == 0) return SOFTSHADOW_OK;
-    const box casters = box_of_casters(fit->world);
+    const box all = box_of_casters(fit->world), casters = relevant(fit, &all, out->radius);
     box b;
     memcpy(&b, fit->bounds, sizeof b);
     if (fit->light->type == SOFTSHADOW_SUN) {

@@ -1,6 +1,13 @@
 # One file per algorithm, listed in registry.c.
 libsoftshadow_core_la_SOURCES += \
   %D%/exact.c %D%/exact.h \
+  %D%/hard.c \
+  %D%/light_maps.c %D%/light_maps.h \
+  %D%/map_techniques.h \
+  %D%/rim.c %D%/rim.h \
+  %D%/pcf.c \
+  %D%/penumbra_map.c \
   %D%/raytrace.c %D%/raytrace.h \
-  %D%/registry.c %D%/technique.h
+  %D%/registry.c %D%/technique.h \
+  %D%/smoothie.c
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md

@@ -1,6 +1,7 @@
 #include <string.h>
 
 #include "technique/exact.h"
+#include "technique/map_techniques.h"
 #include "technique/raytrace.h"
 #include "technique/technique.h"
 
@@ -8,6 +9,10 @@
 const ss_technique *const ss_techniques[] = {
     &ss_exact,
     &ss_raytrace,
+    &ss_hard,
+    &ss_pcf,
+    &ss_penumbra_map,
+    &ss_smoothie,
 };
 const uint32_t ss_technique_count = sizeof ss_techniques / sizeof ss_techniques[0];
 

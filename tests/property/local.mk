@@ -31,3 +31,12 @@ tests_oracle_self_LDADD = $(PROOF_LIBS)
 %C%_random_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_random_scenes_LDADD = $(PROOF_LIBS)
 endif
+
+# Techniques that work from maps.
+if HAVE_CMOCKA
+map_proofs = %D%/maps_outer
+check_PROGRAMS += $(map_proofs)
+TESTS += $(map_proofs)
+%C%_maps_outer_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_outer_LDADD = $(PROOF_LIBS)
+endif

@@ -1,4 +1,4 @@
-/* based on: I. Sutherland, G. Hodgman, "Reentrant Polygon Clipping", 1974. */
+/* based on: [SH74]. */
 #include "raster/cpu/clip.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* The scan converter: edge functions in whole numbers, four texels at a time.
  *
- * based on: J. Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988. Corners lie on a grid of
+ * based on: [Pin88]. Corners lie on a grid of
  * 1/256 texel, so the functions are exact and neighbours agree about every centre. Centres lie 256
  * steps apart, so a function's low eight bits never change across the map: dropping them (floor) keeps
  * every sign and makes 32 bits enough inside a block. */

@@ -1,0 +1,256 @@
+#include "technique/light_maps.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/vec.h"
+
+/* Steepest surface, in h per unit of X, that the depth map's slope bias follows: 86 degrees. Steeper
+ * ones receive less than 7 % of the light and are below their own horizon for part of it. */
+#define STEEPEST 16.0
+/* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units in
+ * the last place of a float (design: techniques.md, Depth). */
+#define GAP 0x1p-21f
+#define INSIDE (1 + 0x1p-10) /* as scene/light.c */
+
+/* ---- building ------------------------------------------------------------------------------- */
+
+/* A length towards the light, as the host asked for: planes move away by it. */
+static void bias_depth(ss_light_maps *maps, uint32_t face, double length) {
+    const size_t n = maps->texels / maps->frames.count;
+    float *depth = maps->depth + face * n;
+    for (size_t i = 0; i < n; i++) {
+        if (depth[i] == SS_MAP_FAR) continue;
+        depth[i] += (float)ss_frame_step(&maps->frames.face[face], depth[i], length);
+    }
+}
+
+static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                    ss_light_maps *maps, uint8_t *held) {
+    const double bias = stage->params->depth_bias * stage->world->scale;
+    for (uint32_t face = 0; face < maps->frames.count; face++) {
+        const ss_frame *frame = &maps->frames.face[face];
+        const ss_raster_casters casters = {
+            .world = stage->world,
+            .frame = frame,
+            .resolution = maps->frames.resolution,
+            .slope_texels = bias > 0 ? 0 : wish->slope_texels,
+            .steepest = STEEPEST,
+            .deepest = frame->far_h,
+            .held = held,
+        };
+        float *plane = maps->depth + face * (maps->texels / maps->frames.count);
+        const softshadow_status status = ss_raster_cpu.depth(&casters, plane, stage->pool);
+        if (status) return status;
+        if (bias > 0) bias_depth(maps, face, bias);
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status no_memory(const ss_light_maps *maps) {
+    return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for %u maps of %u x %u texels",
+                   maps->frames.count, maps->frames.resolution, maps->frames.resolution);
+}
+
+static softshadow_status build_maps(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                    ss_light_maps *maps) {
+    const ss_params *params = stage->params;
+    ss_fit fit = {.world = stage->world, .light = stage->light, .resolution = params->resolution,
+                  .bounded = params->bounded, .margin = wish->margin};
+    memcpy(fit.bounds, params->bounds, sizeof fit.bounds);
+    softshadow_status status = ss_frames_fit(&maps->frames, &fit, stage->pool);
+    if (status) return status;
+    maps->texels = (size_t)params->resolution * params->resolution * maps->frames.count;
+    maps->depth = ss_alloc(maps->texels, sizeof *maps->depth);
+    uint8_t *held = ss_alloc(stage->world->triangle_count, 1);
+    if (!maps->depth || !held) status = no_memory(maps);
+    if (!status) status = draw_depth(stage, wish, maps, held);
+    maps->culled = stage->world->triangle_count;
+    for (size_t t = 0; held && t < stage->world->triangle_count; t++) maps->culled -= held[t];
+    ss_free(held);
+    return status;
+}
+
+softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                      void **state) {
+    *state = NULL;
+    ss_light_maps *maps = ss_alloc(1, wish->state_size);
+    if (!maps) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+    maps->world = stage->world;
+    maps->light = *stage->light;
+    maps->state_size = wish->state_size;
+    ss_falloff_make(&maps->falloff, stage->params->falloff, wish->paper, stage->light);
+    const softshadow_status status = build_maps(stage, wish, maps);
+    if (status) ss_light_maps_destroy(maps);
+    else *state = maps;
+    return status;
+}
+
+softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels) {
+    maps->plane = ss_alloc(maps->texels, channels * sizeof *maps->plane);
+    if (!maps->plane) return no_memory(maps);
+    maps->plane_name = name, maps->channels = channels;
+    return SOFTSHADOW_OK;
+}
+
+void ss_light_maps_free(ss_light_maps *maps) {
+    ss_free(maps->depth);
+    ss_free(maps->plane);
+}
+
+void ss_light_maps_destroy(void *state) {
+    if (!state) return;
+    ss_light_maps_free(state);
+    ss_free(state);
+}
+
+/* ---- showing -------------------------------------------------------------------------------- */
+
+size_t ss_light_maps_bytes(const void *state) {
+    const ss_light_maps *maps = state;
+    return maps->state_size + maps->texels * sizeof(float) * (1 + maps->channels);
+}
+
+uint32_t ss_light_maps_count(const void *state) {
+    const ss_light_maps *maps = state;
+    return maps->frames.count * (maps->plane ? 2 : 1);
+}
+
+void ss_light_maps_get(const void *state, uint32_t index, softshadow_map *map) {
+    const ss_light_maps *maps = state;
+    const uint32_t face = index % maps->frames.count, n = maps->frames.resolution;
+    const bool second = index >= maps->frames.count;
+    const size_t first = (size_t)face * n * n;
+    map->name = second ? maps->plane_name : "depth";
+    map->width = map->height = n;
+    map->channels = second ? maps->channels : 1;
+    map->pixels = second ? maps->plane + first * maps->channels : maps->depth + first;
+    ss_frame_matrix(&maps->frames.face[face], maps->world, n, map->matrix);
+}
+
+uint64_t ss_light_maps_silhouettes(const void *state) {
+    return ((const ss_light_maps *)state)->silhouette_edges;
+}
+
+uint64_t ss_light_maps_culled(const void *state) { return ((const ss_light_maps *)state)->culled; }
+
+/* ---- asking --------------------------------------------------------------------------------- */
+
+void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    const uint32_t side = maps->frames.resolution;
+    const float *depth = maps->depth;
+    for (size_t i = 0; i < n; i++) {
+        const uint32_t at = looks->base[i] + (uint32_t)looks->y[i] * side + (uint32_t)looks->x[i];
+        out[i] = depth[at] < looks->h[i] ? 0 : 1;
+    }
+}
+
+/* What the point's own horizon leaves of the light: the tangent plane cuts the light's disk, at the
+ * signed distance t radii from its centre. */
+static float above_horizon(const ss_light_maps *maps, const ss_point *point) {
+    const ss_light *light = &maps->light;
+    ss_view view;
+    ss_light_view(light, point->p, &view);
+    if (view.inside) return 1;
+    const double n[3] = {point->normal[0], point->normal[1], point->normal[2]};
+    const double height = ss_dot(n, view.centre);
+    const double reach = hypot(ss_dot(n, view.a), ss_dot(n, view.b)); /* of the disk, up and down */
+    if (!(reach > 0)) return height > 0 ? 1 : 0;
+    return ss_falloff_at(&maps->falloff, (float)(height / reach / 2 + 0.5));
+}
+
+static void count(const float *visibility, size_t n, ss_counts *counts) {
+    uint64_t lit = 0, umbra = 0;
+    for (size_t i = 0; i < n; i++) lit += visibility[i] == 1, umbra += visibility[i] == 0;
+    counts->lit += lit, counts->umbra += umbra, counts->penumbra += n - lit - umbra;
+}
+
+/* Points that see all of a lamp because they are inside it. */
+static void light_inside(const ss_light_maps *maps, const ss_point *points, size_t n, float *visibility) {
+    const ss_light *light = &maps->light;
+    if (light->type != SOFTSHADOW_SPHERE || light->point) return;
+    const double reach = light->radius * INSIDE, square = reach * reach;
+    for (size_t i = 0; i < n; i++) {
+        double d[3];
+        for (int k = 0; k < 3; k++) d[k] = points[i].p[k] - light->centre[k];
+        if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= square) visibility[i] = 1;
+    }
+}
+
+softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
+                                      const ss_point *points, size_t n, float *visibility,
+                                      float *bound, ss_counts *counts) {
+    for (size_t first = 0; first < n; first += SS_LOOKS) {
+        const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
+        float *out = visibility + first;
+        ss_looks looks;
+        if (maps->frames.count) {
+            ss_frames_look(&maps->frames, points + first, m, &looks);
+            answer(maps, &looks, m, out);
+            light_inside(maps, points + first, m, out);
+        } else {
+            for (size_t i = 0; i < m; i++) out[i] = 1;
+        }
+        for (size_t i = 0; i < m; i++) {
+            const float *normal = points[first + i].normal;
+            if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) continue;
+            const float above = above_horizon(maps, &points[first + i]);
+            out[i] = above < out[i] ? above : out[i];
+        }
+    }
+    for (size_t i = 0; bound && i < n; i++) bound[i] = NAN;
+    count(visibility, n, counts);
+    return SOFTSHADOW_OK;
+}
+
+/* ---- outer penumbrae ------------------------------------------------------------------------ */
+
+softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name) {
+    const softshadow_status status = ss_light_maps_add_plane(maps, name, SS_OUTER_CHANNELS);
+    for (size_t i = 0; !status && i < maps->texels; i++) {
+        float *texel = maps->plane + i * SS_OUTER_CHANNELS;
+        texel[SS_OUTER_DEPTH] = maps->depth[i];
+        texel[SS_OUTER_VERTEX] = SS_MAP_FAR, texel[SS_OUTER_RISE] = 0, texel[SS_OUTER_KEY] = 1;
+    }
+    return status;
+}
+
+void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
+                    float rise) {
+    const uint32_t n = maps->frames.resolution;
+    float *texel = maps->plane + (((size_t)face * n + y) * n + x) * SS_OUTER_CHANNELS;
+    const float far = (float)maps->frames.face[face].far_h;
+    const float receiver = texel[SS_OUTER_DEPTH] < far ? texel[SS_OUTER_DEPTH] : far;
+    /* at or below the receiver it shades nothing that is not hidden anyway: [WH03] line 4, [CD03] 3.1 */
+    if (!(vertex + rise < receiver)) return;
+    const float key = rise / (receiver - vertex);
+    if (!(key < texel[SS_OUTER_KEY])) return;
+    texel[SS_OUTER_VERTEX] = vertex, texel[SS_OUTER_RISE] = rise, texel[SS_OUTER_KEY] = key;
+}
+
+/* The outer coordinate of one texel for a receiver at h. */
+static inline float outer_of(const float *texel, float h) {
+    const float gap = h - texel[SS_OUTER_VERTEX];
+    const float part = texel[SS_OUTER_RISE] / gap;
+    const float open = gap > GAP * fabsf(h) && part < 1 ? part : 1;
+    return texel[SS_OUTER_DEPTH] < h ? 0 : open;
+}
+
+/* The four texels around a place: the lower left one's number, and the share of the others. */
+void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    const uint32_t side = maps->frames.resolution;
+    const float most = (float)side - 1.5f;
+    for (size_t i = 0; i < n; i++) {
+        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f, h = looks->h[i];
+        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
+        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
+        const float u = left - (float)column, v = low - (float)row;
+        const float *a = maps->plane + (size_t)(looks->base[i] + row * side + column) * SS_OUTER_CHANNELS;
+        const float *b = a + (size_t)side * SS_OUTER_CHANNELS;
+        const float below = (1 - u) * outer_of(a, h) + u * outer_of(a + SS_OUTER_CHANNELS, h);
+        const float above = (1 - u) * outer_of(b, h) + u * outer_of(b + SS_OUTER_CHANNELS, h);
+        out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
+    }
+}

@@ -1,0 +1,77 @@
+/* What the map techniques have in common: frames, the depth map of the hard shadow, what becomes of a
+ * point beyond its map, and how planes are handed out. A technique's state begins with an
+ * ss_light_maps. */
+#ifndef SS_TECHNIQUE_LIGHT_MAPS_H
+#define SS_TECHNIQUE_LIGHT_MAPS_H
+
+#include "map/falloff.h"
+#include "map/frame.h"
+#include "raster/raster.h"
+#include "technique/technique.h"
+
+#define SS_LIGHTS_ALL 15u /* a bit per light type */
+#define SS_LIGHTS_ROUND \
+    (1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_SUN)
+#define SS_LIGHTS_RECT (1u << SOFTSHADOW_RECT)
+
+typedef struct ss_light_maps {
+    ss_frames frames;
+    const ss_world *world;
+    size_t texels; /* of all faces */
+    float *depth;  /* the hard shadow's: nearest h, biased */
+    float *plane;  /* the technique's own, `channels` numbers a texel; NULL: none */
+    uint32_t channels;
+    const char *plane_name;
+    ss_falloff falloff;
+    ss_light light; /* for horizons */
+    uint64_t silhouette_edges, culled;
+    size_t state_size;
+} ss_light_maps;
+
+/* How a technique wants its hard shadow. */
+typedef struct ss_light_maps_wish {
+    size_t state_size;    /* of the technique's state */
+    double slope_texels;  /* how far from a texel's centre it is looked at, along each axis; half as
+                             much again where the surface next to it may be steeper */
+    bool margin;          /* does it look beyond the point's own place by penumbra widths? */
+    ss_falloff_paper paper;
+} ss_light_maps_wish;
+
+/* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. */
+softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                      void **state);
+/* A plane of `channels` a texel for all faces, zero. */
+softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels);
+void ss_light_maps_free(ss_light_maps *maps);
+
+/* The technique vtable's, for states that begin with an ss_light_maps and hold nothing else. */
+void ss_light_maps_destroy(void *state);
+size_t ss_light_maps_bytes(const void *state);
+uint32_t ss_light_maps_count(const void *state);
+void ss_light_maps_get(const void *state, uint32_t index, softshadow_map *map);
+uint64_t ss_light_maps_silhouettes(const void *state);
+uint64_t ss_light_maps_culled(const void *state);
+
+/* One block's answers: out[i] for looks i. */
+typedef void ss_light_maps_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
+/* The whole query: blocks, the lamp's inside, horizons, counts. */
+softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
+                                      const ss_point *points, size_t n, float *visibility,
+                                      float *bound, ss_counts *counts);
+/* The hard shadow: 0 where something nearer is in the point's texel. */
+void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
+
+/* ---- outer penumbrae: penumbra-map and smoothie ---------------------------------------------- */
+
+/* A texel of them, four floats: the hard shadow's depth; the occluder's depth h_v, SS_MAP_FAR: none;
+ * `rise`, how much deeper than h_v a receiver must be for the penumbra to begin there; and the
+ * coordinate of the map's own receiver, by which the darkest was kept. At a receiver at h_p the outer
+ * coordinate is rise / (h_p - h_v). */
+enum { SS_OUTER_DEPTH, SS_OUTER_VERTEX, SS_OUTER_RISE, SS_OUTER_KEY, SS_OUTER_CHANNELS };
+softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name);
+/* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
+void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
+                    float rise);
+void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
+
+#endif

@@ -1,0 +1,12 @@
+/* The rows of the techniques that work from maps. */
+#ifndef SS_TECHNIQUE_MAP_TECHNIQUES_H
+#define SS_TECHNIQUE_MAP_TECHNIQUES_H
+
+#include "technique/technique.h"
+
+extern const ss_technique ss_hard;
+extern const ss_technique ss_pcf;
+extern const ss_technique ss_penumbra_map;
+extern const ss_technique ss_smoothie;
+
+#endif

@@ -1,0 +1,305 @@
+#include "technique/rim.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/vec.h"
+
+#define PIECE (M_PI / 6) /* most that one triangle of a corner spans */
+
+softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out) {
+    const ss_eye eye = ss_eye_of(stage->light);
+    return ss_silhouette_find(out, stage->silhouettes, stage->world, stage->topology, &eye, stage->pool);
+}
+
+/* ---- collecting ----------------------------------------------------------------------------- */
+
+typedef struct collector {
+    ss_rim *out;
+    const ss_world *world;
+    const ss_frame *frame;
+    uint32_t *number; /* of a world vertex in the rim, + 1; 0: none yet */
+    double most;      /* resolution */
+    bool mirrored;    /* does the eye see X, Y mirrored? */
+    bool round;       /* the lamp is a sphere, seen in perspective */
+} collector;
+
+static void place_of(const ss_world *world, uint32_t v, double p[3]) {
+    for (int k = 0; k < 3; k++) p[k] = world->vertices[3 * (size_t)v + (size_t)k];
+}
+
+static double z_of(const ss_frame *frame, const double p[3]) {
+    double d[3];
+    ss_sub(p, frame->origin, d);
+    return ss_dot(d, frame->z);
+}
+
+static uint32_t add_vertex(collector *c, const double at[3], bool cut) {
+    ss_rim_vertex *v = &c->out->vertex[c->out->vertex_count];
+    *v = (ss_rim_vertex){.x = at[0], .y = at[1], .h = at[2], .in = SS_RIM_NONE,
+                             .out = SS_RIM_NONE, .cut = cut};
+    for (int k = 0; k < 2 && c->round; k++) {
+        v->tangent[k] = (c->frame->low[k] + at[k] * c->frame->texel) * c->frame->inverse;
+    }
+    return (uint32_t)c->out->vertex_count++;
+}
+
+/* The end of an edge: the vertex itself, or where the edge to `other` leaves the near plane. */
+static uint32_t end_of(collector *c, uint32_t v, uint32_t other) {
+    double p[3], q[3], at[3];
+    place_of(c->world, v, p);
+    if (ss_frame_project(c->frame, p, at)) {
+        if (!c->number[v]) c->number[v] = add_vertex(c, at, false) + 1;
+        return c->number[v] - 1;
+    }
+    place_of(c->world, other, q);
+    const double zp = z_of(c->frame, p), zq = z_of(c->frame, q);
+    /* behind the plane by 1e-6 of the reference distance, so that projecting it succeeds */
+    const double z = c->frame->nearest + 1e-6 / c->frame->inverse;
+    if (!(zq > z)) return SS_RIM_NONE;
+    const double t = (z - zp) / (zq - zp);
+    for (int k = 0; k < 3; k++) p[k] += t * (q[k] - p[k]);
+    return ss_frame_project(c->frame, p, at) ? add_vertex(c, at, true) : SS_RIM_NONE;
+}
+
+/* Can anything of its penumbra fall into the map? */
+static bool matters(const collector *c, const ss_rim_vertex *a, const ss_rim_vertex *b) {
+    const double h = fmin(a->h, b->h);
+    if (h >= c->frame->far_h) return false;
+    const double o = fmax(hypot(a->tangent[0], a->tangent[1]), hypot(b->tangent[0], b->tangent[1]));
+    const double far = ss_frame_rate(c->frame) * (c->frame->far_h - h) * hypot(1, o) + 4;
+    return fmax(a->x, b->x) > -far && fmax(a->y, b->y) > -far && fmin(a->x, b->x) < c->most + far &&
+           fmin(a->y, b->y) < c->most + far;
+}
+
+static void collect(collector *c, const ss_silhouette_edge *found) {
+    const uint32_t from = found->vertex[c->mirrored], to = found->vertex[!c->mirrored];
+    double p[3], q[3];
+    place_of(c->world, from, p), place_of(c->world, to, q);
+    if (!(z_of(c->frame, p) > c->frame->nearest) && !(z_of(c->frame, q) > c->frame->nearest)) return;
+    const uint32_t a = end_of(c, from, to), b = end_of(c, to, from);
+    if (a == SS_RIM_NONE || b == SS_RIM_NONE) return;
+    ss_rim_vertex *va = &c->out->vertex[a], *vb = &c->out->vertex[b];
+    if (!matters(c, va, vb)) return;
+    ss_rim_edge edge = {{a, b}, {vb->x - va->x, vb->y - va->y}, 0};
+    edge.length = hypot(edge.along[0], edge.along[1]);
+    for (int k = 0; k < 2; k++) edge.along[k] = edge.length > 0 ? edge.along[k] / edge.length : 0;
+    va->out = vb->in = (uint32_t)c->out->edge_count;
+    va->leaving++, vb->arriving++;
+    c->out->edge[c->out->edge_count++] = edge;
+}
+
+softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
+                                   const ss_frame *frame, uint32_t resolution) {
+    double across[3];
+    *out = (ss_rim){0};
+    ss_cross(frame->x, frame->y, across);
+    collector c = {.out = out, .world = stage->world, .frame = frame, .most = resolution,
+                   .mirrored = ss_dot(across, frame->z) > 0,
+                   .round = stage->light->type == SOFTSHADOW_SPHERE && frame->inverse > 0};
+    c.number = ss_alloc(stage->world->vertex_count, sizeof *c.number);
+    out->vertex = ss_alloc(2 * found->count, sizeof *out->vertex);
+    out->edge = ss_alloc(found->count, sizeof *out->edge);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!c.number || !out->vertex || !out->edge) {
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
+        ss_rim_free(out);
+    }
+    for (size_t i = 0; i < found->count && !status; i++) collect(&c, &found->edges[i]);
+    ss_free(c.number);
+    return status;
+}
+
+void ss_rim_free(ss_rim *rim) {
+    ss_free(rim->vertex);
+    ss_free(rim->edge);
+    *rim = (ss_rim){0};
+}
+
+/* ---- drawing -------------------------------------------------------------------------------- */
+
+typedef struct artist {
+    const ss_rim *rim;
+    const ss_rim_style *style;
+    ss_raster_triangle *list;
+    size_t count, room;
+    bool failed;
+} artist;
+
+static ss_raster_triangle *next(artist *a) {
+    if (a->count == a->room) {
+        const size_t wanted = a->room ? 2 * a->room : 1024;
+        ss_raster_triangle *grown = ss_grow(a->list, a->count, wanted, sizeof *grown);
+        if (!grown) {
+            a->failed = true;
+            return NULL;
+        }
+        a->list = grown, a->room = wanted;
+    }
+    return &a->list[a->count++];
+}
+
+static double width_of(const artist *a, uint32_t v) {
+    return a->style->width(a->style->ctx, &a->rim->vertex[v]);
+}
+
+/* How much wider a penumbra is in direction m. */
+static double stretch(const ss_rim_vertex *v, const double m[2]) {
+    return hypot(1, m[0] * v->tangent[0] + m[1] * v->tangent[1]);
+}
+
+typedef struct spot {
+    double x, y, attribute[SS_RASTER_ATTRIBUTES];
+} spot;
+
+static void triangle(artist *a, const spot *p, const spot *q, const spot *r, uint32_t tag) {
+    ss_raster_triangle *t = next(a);
+    const spot *const corner[3] = {p, q, r};
+    if (!t) return;
+    *t = (ss_raster_triangle){.tag = tag};
+    for (int i = 0; i < 3; i++) {
+        t->corner[i][0] = corner[i]->x, t->corner[i][1] = corner[i]->y;
+        memcpy(t->attribute[i], corner[i]->attribute, sizeof t->attribute[i]);
+    }
+}
+
+/* Towards where a strip leaves its edge: the outside is on the right. Circles of radii r0, r1 around
+ * the ends touch a line with normal m where m . along = (r0 - r1) / length; false: one circle holds the
+ * other, and there is no strip. */
+static bool leave(const ss_rim_edge *edge, double side, double r0, double r1, bool tangent,
+                  double m[2]) {
+    const double right[2] = {edge->along[1] * side, -edge->along[0] * side};
+    if (edge->length == 0) return false;
+    const double lean = tangent ? (r0 - r1) / edge->length : 0;
+    if (!(fabs(lean) < 1)) return false;
+    const double across = sqrt((1 - lean) * (1 + lean));
+    for (int k = 0; k < 2; k++) m[k] = lean * edge->along[k] + across * right[k];
+    return true;
+}
+
+static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
+    const ss_rim_edge *edge = &a->rim->edge[e];
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    const double wide = stretch(&a->rim->vertex[edge->vertex[0]], right);
+    return leave(edge, side, wide * width_of(a, edge->vertex[0]), wide * width_of(a, edge->vertex[1]),
+                 a->style->tangent, m);
+}
+
+static void strip(artist *a, uint32_t e, double side) {
+    const ss_rim_edge *edge = &a->rim->edge[e];
+    double m[2];
+    if (!leave_edge(a, e, side, m)) return;
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    spot near[2], far[2];
+    for (int i = 0; i < 2; i++) {
+        const ss_rim_vertex *v = &a->rim->vertex[edge->vertex[i]];
+        const double w = width_of(a, edge->vertex[i]), wide = w * stretch(v, right);
+        near[i] = (spot){v->x, v->y, {0, v->h}};
+        far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
+    }
+    const uint32_t tag = 4 * e + (side < 0 ? SS_RIM_INSIDE : 0);
+    triangle(a, &near[0], &near[1], &far[1], tag);
+    triangle(a, &near[0], &far[1], &far[0], tag);
+}
+
+/* A piece of the disc around a vertex, from angle `from` on by `turn` (either sign). */
+static void wedge(artist *a, uint32_t v, double from, double turn, bool inside) {
+    const ss_rim_vertex *at = &a->rim->vertex[v];
+    const int pieces = (int)ceil(fabs(turn) / PIECE);
+    const double widest = hypot(1, hypot(at->tangent[0], at->tangent[1]));
+    const double r = widest * width_of(a, v) / cos(turn / (2 * (pieces ? pieces : 1)));
+    const spot tip = {at->x, at->y, {0, at->h}};
+    for (int i = 0; i < pieces; i++) {
+        spot rim[2];
+        for (int k = 0; k < 2; k++) {
+            const double angle = from + turn * (i + k) / pieces, x = r * cos(angle), y = r * sin(angle);
+            rim[k] = (spot){at->x + x, at->y + y,
+                            {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
+        }
+        triangle(a, &tip, &rim[0], &rim[1], 4 * v + SS_RIM_CORNER + (inside ? SS_RIM_INSIDE : 0));
+    }
+}
+
+static double angle_of(const double m[2]) { return atan2(m[1], m[0]); }
+
+/* To -pi..pi; a full turn back is a turn ahead: the tip of a blade is outside. */
+static double principal(double angle) {
+    angle = remainder(angle, 2 * M_PI);
+    return angle <= -M_PI * (1 - 1e-12) ? M_PI : angle;
+}
+
+/* One edge in, one out: outside opens at a left turn, inside at a right one. */
+static void corner(artist *a, uint32_t v) {
+    const ss_rim_vertex *at = &a->rim->vertex[v];
+    double m[2], n[2];
+    for (int side = 1; side >= (a->style->inside ? -1 : 1); side -= 2) {
+        if (!leave_edge(a, at->in, side, m) || !leave_edge(a, at->out, side, n)) {
+            wedge(a, v, 0, 2 * M_PI, false);
+            return;
+        }
+        const double turn = principal(angle_of(n) - angle_of(m));
+        if (turn * side > 0) wedge(a, v, angle_of(m), turn, side < 0);
+    }
+}
+
+/* Pieces from each strip's end to the mean of the strips' normals ([CD03] 3, step 3). */
+static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
+    double mean[2] = {0, 0}, m[2];
+    for (size_t i = 0; i < n; i++) {
+        if (!leave_edge(a, edges[i], 1, m)) continue;
+        mean[0] += m[0], mean[1] += m[1];
+    }
+    if (!(hypot(mean[0], mean[1]) > 1e-6)) {
+        wedge(a, v, 0, 2 * M_PI, false);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        if (!leave_edge(a, edges[i], 1, m)) continue;
+        wedge(a, v, angle_of(m), principal(angle_of(mean) - angle_of(m)), false);
+    }
+}
+
+/* Vertices where more than two edges meet, with all their edges. */
+static void draw_crowded(artist *a) {
+    const ss_rim *o = a->rim;
+    uint32_t *first = ss_alloc(o->vertex_count + 2, sizeof *first);
+    uint32_t *edges = ss_alloc(2 * o->edge_count, sizeof *edges);
+    a->failed |= !first || !edges;
+    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
+        for (int i = 0; i < 2; i++) first[o->edge[e].vertex[i] + 2]++;
+    }
+    for (size_t v = 0; v < o->vertex_count && !a->failed; v++) first[v + 2] += first[v + 1];
+    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
+        for (int i = 0; i < 2; i++) edges[first[o->edge[e].vertex[i] + 1]++] = (uint32_t)e;
+    }
+    for (uint32_t v = 0; v < o->vertex_count && !a->failed; v++) {
+        if (o->vertex[v].arriving + o->vertex[v].leaving <= 2) continue;
+        crowded(a, edges + first[v], first[v + 1] - first[v], v);
+    }
+    ss_free(first), ss_free(edges);
+}
+
+softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
+                                  ss_raster_triangle **triangles, size_t *count) {
+    artist a = {.rim = rim, .style = style};
+    for (uint32_t e = 0; e < rim->edge_count && !a.failed; e++) {
+        strip(&a, e, 1);
+        if (style->inside) strip(&a, e, -1);
+    }
+    for (uint32_t v = 0; v < rim->vertex_count && !a.failed; v++) {
+        const ss_rim_vertex *at = &rim->vertex[v];
+        const uint32_t degree = at->arriving + at->leaving;
+        if (at->cut || degree == 0 || (degree > 2 && style->average)) continue;
+        if (at->arriving == 1 && at->leaving == 1) corner(&a, v);
+        else wedge(&a, v, 0, 2 * M_PI, false);
+    }
+    if (style->average && !a.failed) draw_crowded(&a);
+    *triangles = a.list, *count = a.count;
+    if (!a.failed) return SOFTSHADOW_OK;
+    ss_free(a.list);
+    *triangles = NULL, *count = 0;
+    return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for the penumbrae of %zu silhouette edges",
+                   rim->edge_count);
+}

@@ -1,0 +1,75 @@
+/* Silhouettes in map coordinates, and the strips and corner pieces that penumbrae are drawn with. */
+#ifndef SS_TECHNIQUE_RIM_H
+#define SS_TECHNIQUE_RIM_H
+
+#include <math.h>
+
+#include "map/frame.h"
+#include "raster/raster.h"
+#include "silhouette/silhouette.h"
+#include "technique/technique.h"
+
+#define SS_RIM_NONE UINT32_MAX
+
+/* A silhouette vertex. Nearly all have one edge that arrives and one that leaves. */
+typedef struct ss_rim_vertex {
+    double x, y, h;
+    uint32_t in, out; /* the last such edge */
+    uint32_t arriving, leaving;
+    bool cut; /* made by the near plane: the silhouette goes on behind it */
+    double tangent[2]; /* X / D, Y / D; 0 where penumbrae are round: see ss_rim */
+} ss_rim_vertex;
+
+/* From vertex[0] to vertex[1]; in (X, Y), X to the right and Y up, the occluder is on the left. */
+typedef struct ss_rim_edge {
+    uint32_t vertex[2];
+    double along[2]; /* unit; 0 0: seen end on */
+    double length;
+} ss_rim_edge;
+
+/* A lamp that is a sphere, seen away from the frame's axis: the plane through a point and an edge cuts
+ * it as its distance from the lamp's centre says; on the frame's reference plane that is as if the
+ * light were a disk wider by sqrt(1 + o^2), o the tangent at which the edge's line passes the axis.
+ * Every distance below is divided by that, so that `rate` turns it into h for every light. */
+typedef struct ss_rim {
+    ss_rim_vertex *vertex;
+    ss_rim_edge *edge;
+    size_t vertex_count, edge_count;
+} ss_rim;
+
+/* The silhouette as the light's frames see it; stage needs topology and silhouettes. */
+softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out);
+/* What of it can matter in one frame: before the far receivers, within penumbra's reach of the map. */
+softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
+                                   const ss_frame *frame, uint32_t resolution);
+void ss_rim_free(ss_rim *rim);
+
+/* What is drawn along an rim. Attributes of the triangles:
+ *   strips   0: distance from the edge in texels, > 0 outside, < 0 inside   1: the edge's h there
+ *   corners  0, 2: the place relative to the vertex, in texels              1: the vertex's h
+ *            3: that place times the vertex's tangent
+ * tag = 4 * (index of the edge or vertex) + (corner ? 1 : 0) + (inside ? 2 : 0). */
+typedef struct ss_rim_style {
+    double (*width)(const void *ctx, const ss_rim_vertex *vertex); /* of a strip, in such texels */
+    const void *ctx;
+    bool tangent; /* strips touch the circles of these widths around their ends, as sheets touch cones;
+                     else they are perpendicular to the edge */
+    bool inside;  /* draw both sides */
+    bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
+} ss_rim_style;
+
+enum { SS_RIM_CORNER = 1, SS_RIM_INSIDE = 2 };
+
+/* How far texel i of a run is from its edge or vertex; the sign of strips is kept. */
+static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
+    const float x = run->attribute[0][i];
+    if (!(run->tag & SS_RIM_CORNER)) return x;
+    const float y = run->attribute[2][i], lean = run->attribute[3][i], square = x * x + y * y;
+    return square > 0 ? square / sqrtf(square + lean * lean) : 0;
+}
+
+/* The triangles, to be freed with ss_free; *count of them. */
+softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
+                                  ss_raster_triangle **triangles, size_t *count);
+
+#endif
