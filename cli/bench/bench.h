@@ -34,9 +34,16 @@ typedef struct bench_cell {
     bench_points points;
 } bench_cell;
 
+typedef enum bench_reached {
+    BENCH_BETWEEN, /* two counts */
+    BENCH_LEAST,   /* its cheapest way is better than asked: that one's time */
+    BENCH_BEYOND,  /* at most at half the error of its best way: the last two ways' line goes on */
+    BENCH_NOT
+} bench_reached;
+
 typedef struct bench_at {
-    double ours, peer;         /* seconds a point; NAN: not reached */
-    bool ours_least, peer_least; /* its cheapest way is better than asked */
+    double ours, peer;         /* seconds a point; NAN: far from reached */
+    bench_reached ours_is, peer_is;
     double automatic;          /* likewise for the method "auto" asked for this tolerance */
     bench_way automatic_way;
 } bench_at;
@@ -50,7 +57,9 @@ typedef struct bench_result {
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build;       /* seconds, the first time */
     double ours_lit, peer_lit;           /* seconds a point that is wholly lit */
-    double shares[3]; /* of points lit, umbra and penumbra, as the library counts them */
+    double settled; /* share of points that the library answers for whole groups at once */
+    double scaling; /* of options->threads over one, in wall time; 0: not measured */
+    bool brute;     /* the truth's kind */
 } bench_result;
 
 /* ---- truth.c */
@@ -60,10 +69,10 @@ typedef struct bench_truth {
     float *value;
     size_t count, penumbrae;
     double error;
+    bool brute; /* found in double, without Embree */
 } bench_truth;
 
-/* A random subset of the points, each with so many samples of a sequence neither side uses, by
- * Embree's robust tests. */
+/* A random subset of the points, each with so many samples of a sequence neither side uses. */
 bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_options *options,
                       cli_error *error);
 void bench_truth_free(bench_truth *truth);
@@ -74,8 +83,8 @@ void bench_truth_judge(const bench_truth *truth, const float *value, bench_way *
 bool bench_measure(const bench_cell *cell, const bench_options *options, bench_result *result,
                    cli_error *error);
 /* The seconds a point at which a side reaches an error, between its counts as straight lines of
- * logarithms; NAN where it does not reach it. least: its first way is better already. */
-double bench_reach(const bench_way *ways, uint32_t count, double tolerance, bool *least);
+ * logarithms; NAN where it does not. */
+double bench_reach(const bench_way *ways, uint32_t count, double tolerance, bench_reached *how);
 /* The radius of the light at which a quarter of the camera's points are in penumbra. */
 bool bench_calibrate(const bench_cell *cell, const bench_options *options, double *radius,
                      double *share, cli_error *error);

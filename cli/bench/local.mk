@@ -1,6 +1,7 @@
 # softshadow bench. Its scenes are those of the tests.
 softshadow_SOURCES += \
   %D%/command.c %D%/bench.h %D%/clock.h \
+  %D%/brute.c %D%/brute.h \
   %D%/measure.c %D%/truth.c \
   %D%/peer.c %D%/peer.h \
   %D%/report.c %D%/report.h \

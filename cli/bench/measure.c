@@ -50,10 +50,10 @@ static bool library_fails(contest *c, const char *what) {
                     softshadow_last_message(c->handle));
 }
 
-static bool open_library(contest *c) {
+static bool open_library(contest *c, uint32_t threads) {
     const peer_mesh *mesh = &c->cell->scene->mesh;
     softshadow_options options = SOFTSHADOW_OPTIONS_INIT;
-    options.threads = c->options->threads;
+    options.threads = threads;
     if (softshadow_create(&c->handle, &options) != SOFTSHADOW_OK)
         return cli_fail(c->error, CLI_FAILED, "%s", softshadow_last_message(NULL));
     softshadow_mesh given = SOFTSHADOW_MESH_INIT;
@@ -211,17 +211,32 @@ static bool all_turns(contest *c) {
 
 /* ---- What follows from it -------------------------------------------------------------------*/
 
-double bench_reach(const bench_way *ways, uint32_t count, double tolerance, bool *least) {
-    *least = count > 0 && ways[0].penumbra_rms <= tolerance;
-    if (*least) return ways[0].seconds;
-    for (uint32_t i = 1; i < count; i++) {
-        const bench_way *a = &ways[i - 1], *b = &ways[i];
-        if (b->penumbra_rms > tolerance) continue;
-        const double part = log(a->penumbra_rms / tolerance) /
-                            log(a->penumbra_rms / fmax(b->penumbra_rms, 1e-9));
-        return a->seconds * pow(b->seconds / a->seconds, part);
+/* Where the line through two ways has that error. */
+static double along(const bench_way *a, const bench_way *b, double tolerance) {
+    const double part = log(a->penumbra_rms / tolerance) /
+                        log(a->penumbra_rms / fmax(b->penumbra_rms, 1e-9));
+    return a->seconds * pow(b->seconds / a->seconds, part);
+}
+
+double bench_reach(const bench_way *ways, uint32_t count, double tolerance, bench_reached *how) {
+    *how = BENCH_NOT;
+    if (count == 0) return NAN;
+    if (ways[0].penumbra_rms <= tolerance) {
+        *how = BENCH_LEAST;
+        return ways[0].seconds;
     }
-    return NAN;
+    for (uint32_t i = 1; i < count; i++) {
+        if (ways[i].penumbra_rms > tolerance) continue;
+        *how = BENCH_BETWEEN;
+        return along(&ways[i - 1], &ways[i], tolerance);
+    }
+    /* Where an error hardly falls any more the line goes nowhere. */
+    const bench_way *last = &ways[count - 1];
+    if (count < 2 || last->penumbra_rms > 2 * tolerance ||
+        last->penumbra_rms > 0.8 * ways[count - 2].penumbra_rms)
+        return NAN;
+    *how = BENCH_BEYOND;
+    return along(&ways[count - 2], last, tolerance);
 }
 
 static void conclude(contest *c) {
@@ -229,18 +244,18 @@ static void conclude(contest *c) {
     for (uint32_t i = 0; i < c->options->tolerance_count; i++) {
         bench_at *at = &r->at[i];
         const double e = c->options->tolerances[i];
-        bool fixed_least, rim_least;
-        at->ours = bench_reach(r->ours, r->ours_count, e, &at->ours_least);
-        const double fixed = bench_reach(r->fixed, r->peer_count, e, &fixed_least);
-        const double rim = bench_reach(r->rim, r->peer_count, e, &rim_least);
+        bench_reached fixed_is, rim_is;
+        at->ours = bench_reach(r->ours, r->ours_count, e, &at->ours_is);
+        const double fixed = bench_reach(r->fixed, r->peer_count, e, &fixed_is);
+        const double rim = bench_reach(r->rim, r->peer_count, e, &rim_is);
         at->peer = fmin(fixed, rim); /* of a number and a NAN the number */
-        at->peer_least = at->peer == rim ? rim_least : fixed_least;
+        at->peer_is = at->peer == rim ? rim_is : fixed_is;
     }
     size_t lit = 0;
     for (size_t i = 0; i < c->truth.count; i++) lit += c->truth.value[i] >= 1;
     r->lit = (double) lit / (double) c->truth.count;
     r->penumbra = (double) c->truth.penumbrae / (double) c->truth.count;
-    r->truth_error = c->truth.error;
+    r->truth_error = c->truth.error, r->brute = c->truth.brute;
 }
 
 /* Both sides on nothing but wholly lit points: what a picture is mostly made of. */
@@ -248,7 +263,10 @@ static bool measure_lit(contest *c) {
     const size_t n = c->cell->points.count;
     softshadow_points points = given_points(c);
     double seconds;
+    softshadow_stats stats = SOFTSHADOW_STATS_INIT;
     if (!build(c, "exact", 512, 0) || !ask(c, &points, &seconds)) return false;
+    if (softshadow_get_stats(c->handle, &stats) != SOFTSHADOW_OK) return library_fails(c, "stats");
+    c->result->settled = (double) stats.points_settled / (double) fmax(1, (double) stats.points);
     float(*lit)[3] = malloc(n * sizeof *lit);
     if (!lit) return cli_fail(c->error, CLI_FAILED, "memory ran out");
     size_t count = 0;
@@ -282,6 +300,25 @@ static bool measure_lit(contest *c) {
     return fine;
 }
 
+/* One thread and all of them in turns: the best of each, as the machine has other work, too. */
+static bool measure_scaling(contest *c) {
+    double best[2] = {INFINITY, INFINITY}, seconds;
+    softshadow *all = c->handle, *one = NULL;
+    const softshadow_points points = given_points(c);
+    bool fine = build(c, "exact", 512, 0) && open_library(c, 1);
+    if (fine) fine = build(c, "exact", 512, 0), one = c->handle;
+    for (uint32_t turn = 0; fine && turn < 2 * c->options->repeat + 2; turn++) {
+        c->handle = turn % 2 ? one : all;
+        fine = ask(c, &points, &seconds);
+        best[turn % 2] = fmin(best[turn % 2], seconds);
+    }
+    if (c->handle != all && c->handle != one) softshadow_destroy(c->handle);
+    softshadow_destroy(one);
+    c->handle = all;
+    c->result->scaling = best[1] / best[0];
+    return fine;
+}
+
 static bool prepare(contest *c) {
     const bench_points *points = &c->cell->points;
     uint32_t *order = bench_morton((const float(*)[3]) points->at, points->count);
@@ -296,7 +333,7 @@ static bool prepare(contest *c) {
 }
 
 static bool first_build(contest *c) {
-    if (!open_library(c)) return false;
+    if (!open_library(c, c->options->threads)) return false;
     const double start = now(c);
     if (!build(c, c->options->automatic ? "auto" : "exact", 0, 0)) return false;
     c->result->ours_build = now(c) - start;
@@ -311,7 +348,8 @@ bool bench_measure(const bench_cell *cell, const bench_options *options, bench_r
     contest c = {.cell = cell, .options = options, .result = result, .error = error};
     *result = (bench_result){0};
     const bool fine = prepare(&c) && bench_truth_find(&c.truth, cell, options, error) &&
-                      first_build(&c) && all_turns(&c) && measure_lit(&c);
+                      first_build(&c) && all_turns(&c) && measure_lit(&c) &&
+                      (options->threads == 1 || measure_scaling(&c));
     if (fine) conclude(&c);
     bench_truth_free(&c.truth);
     softshadow_destroy(c.handle);

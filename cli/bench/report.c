@@ -15,7 +15,7 @@ bool report_open(report *r, const bench_options *options, const char *ratios, co
                  cli_error *error) {
     *r = (report){.ratios_path = ratios, .times_path = times};
     cli_text_printf(&r->ratios, "scene,triangles,light,points,cpu,penumbra,method,tolerance,ratio,"
-                                "ratio_is,penumbra_rms,rms,max,lit_ratio,build_ratio\n");
+                                "ratio_is,penumbra_rms,rms,max,settled,lit_ratio,build_ratio,thread_ratio\n");
     cli_text_printf(&r->times, "scene,light,points,cpu,way,ns_a_point,penumbra_rms,rms,max\n");
     (void) options;
     return !(r->ratios.failed || r->times.failed) || cli_fail(error, CLI_FAILED, "memory ran out");
@@ -28,24 +28,30 @@ static const bench_way *way_for(const bench_way *ways, uint32_t count, double to
     return &ways[i];
 }
 
-/* at least: the peer's cheapest way is better than asked; at most would be unfair to it, and is not
- * said: ours' cheapest way is taken as it is. */
 static const char *kind_of(const bench_at *at, double ours) {
     if (isnan(ours)) return "ours-not-reached";
     if (isnan(at->peer)) return "peer-not-reached";
-    return at->peer_least ? "peer-cheapest" : "interpolated";
+    if (at->ours_is == BENCH_BEYOND || at->peer_is == BENCH_BEYOND) return "extrapolated";
+    return at->peer_is == BENCH_LEAST ? "peer-cheapest" : "interpolated";
+}
+
+/* In front of a ratio. */
+static char mark_of(const bench_at *at) {
+    if (at->ours_is == BENCH_BEYOND || at->peer_is == BENCH_BEYOND) return '~';
+    return at->peer_is == BENCH_LEAST ? '<' : ' ';
 }
 
 static void ratio_row(report *r, const bench_cell *cell, const bench_result *result,
                       const bench_at *at, double tolerance, const char *method, double ours,
                       const bench_way *way) {
     const double ratio = isnan(ours) || isnan(at->peer) ? NAN : at->peer / ours;
-    cli_text_printf(&r->ratios, "%s,%zu,%s,%s,%s,%.3f,%s,1/%.0f,%.2f,%s,%.5f,%.5f,%.4f,%.1f,%.2f\n",
+    cli_text_printf(&r->ratios, "%s,%zu,%s,%s,%s,%.3f,%s,1/%.0f,%.2f,%s,%.5f,%.5f,%.4f,%.3f,%.1f,%.2f,%.2f\n",
                     cell->scene->name, cell->scene->mesh.triangle_count, cell->light_name,
                     cell->points_name, rung(), result->penumbra, method, 1 / tolerance, ratio,
                     kind_of(at, ours), way->penumbra_rms, way->rms, way->max,
-                    result->ours_lit > 0 ? result->peer_lit / result->ours_lit : NAN,
-                    result->peer_build > 0 ? result->ours_build / result->peer_build : NAN);
+                    result->settled, result->ours_lit > 0 ? result->peer_lit / result->ours_lit : NAN,
+                    result->peer_build > 0 ? result->ours_build / result->peer_build : NAN,
+                    result->scaling > 0 ? result->scaling : NAN);
 }
 
 static void time_rows(report *r, const bench_cell *cell, const bench_way *ways, uint32_t count) {
@@ -59,7 +65,8 @@ static void print_head(report *r, const bench_options *o) {
     if (r->headed) return;
     r->headed = true;
     printf("Times are ns a point%s; errors over points in penumbra, against %u rays; points %s.\n"
-           "ratio = peer / ours at equal error; > : the peer's cheapest way is better than asked.\n\n",
+           "ratio = peer / ours at equal error; <: the peer's cheapest way is better than asked; ~: one of\n"
+           "them needs more than its largest count, by the line of its last two.\n\n",
            o->threads == 1 ? " (processor time, one thread)" : " (wall time)", o->truth_samples,
            o->primitives ? "on the surface, primitives told" : "just off the surface");
 }
@@ -69,12 +76,11 @@ static void print_at(const bench_options *o, const bench_result *result, uint32_
     const double e = o->tolerances[i];
     const bench_way *ours = way_for(result->ours, result->ours_count, e);
     printf("  1/%-5.0f exact %9.1f", 1 / e, 1e9 * at->ours);
-    if (o->peer) printf("  peer %9.1f  ratio %s%7.2f", 1e9 * at->peer, at->peer_least ? ">" : " ",
-                        at->peer / at->ours);
+    if (o->peer) printf("  peer %9.1f  ratio %c%7.2f", 1e9 * at->peer, mark_of(at), at->peer / at->ours);
     printf("  by %-10s rms %.5f max %.4f\n", ours->name, ours->penumbra_rms, ours->max);
     if (!o->automatic) return;
     printf("          auto  %9.1f", 1e9 * at->automatic);
-    if (o->peer) printf("                  ratio %s%7.2f", at->peer_least ? ">" : " ",
+    if (o->peer) printf("                  ratio %c%7.2f", mark_of(at),
                         at->peer / at->automatic);
     printf("  %-13s rms %.5f max %.4f%s\n", "", at->automatic_way.penumbra_rms,
            at->automatic_way.max, at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
@@ -99,10 +105,11 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
                  const bench_result *result, cli_error *error) {
     print_head(r, o);
     printf("%s: %zu triangles, %s light R = %.4f, %zu %s points (%.0f %% on it): "
-           "%.1f %% penumbra, %.1f %% lit; truth +-%.5f\n",
+           "%.1f %% penumbra, %.1f %% lit; truth +-%.5f%s\n",
            cell->scene->name, cell->scene->mesh.triangle_count, cell->light_name,
            cell->light.radius, cell->points.count, cell->points_name, 100 * on_mesh(cell), 100 * result->penumbra,
-           100 * result->lit, result->truth_error);
+           100 * result->lit, result->truth_error,
+           result->brute ? " by brute force" : "");
     for (uint32_t i = 0; i < o->tolerance_count; i++) {
         const bench_at *at = &result->at[i];
         print_at(o, result, i);
@@ -113,7 +120,9 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
                       at->automatic_way.penumbra_rms <= o->tolerances[i] ? at->automatic : NAN,
                       &at->automatic_way);
     }
-    printf("  lit point: %.2f ns", 1e9 * result->ours_lit);
+    if (result->scaling > 0)
+        printf("  %u threads are %.2f times as fast as one\n", o->threads, result->scaling);
+    printf("  %.1f %% settled; lit point: %.2f ns", 100 * result->settled, 1e9 * result->ours_lit);
     if (o->peer) printf(", rim-adaptive peer %.1f ns, ratio %.1f", 1e9 * result->peer_lit,
                         result->peer_lit / result->ours_lit);
     printf("; first build %.1f ms", 1e3 * result->ours_build);

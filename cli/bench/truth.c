@@ -1,14 +1,16 @@
 /* What both sides are measured against: many samples of a sequence of its own (the lattice of the
- * plastic number [Rob18], shifted at random for each point) through Embree's robust tests. */
+ * plastic number [Rob18], turned at random for each point) through Embree's robust tests, or without Embree in double where
+ * the triangles are few. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bench.h"
+#include "brute.h"
 
 static bool reserve(bench_truth *truth, size_t count) {
     *truth = (bench_truth){malloc(count * sizeof *truth->index), malloc(count * sizeof *truth->at),
-                           malloc(count * sizeof *truth->value), count, 0, 0};
+                           malloc(count * sizeof *truth->value), count, 0, 0, false};
     if (truth->index && truth->at && truth->value) return true;
     bench_truth_free(truth);
     return false;
@@ -43,40 +45,61 @@ static bool choose(bench_truth *truth, const bench_cell *cell) {
     return true;
 }
 
+/* Two independent answers for every point: their mean is the truth, their difference its error. */
+static bool by_rays(bench_truth *truth, const bench_cell *cell, uint32_t samples, float *other,
+                    cli_error *error) {
+    const peer_style style = {.samples = samples, .clustered = true, .truth = true};
+    peer_samples *table = peer_samples_create(&cell->light, &style);
+    peer *judge = NULL;
+    bool fine = table || cli_fail(error, CLI_FAILED, "memory ran out");
+    fine = fine && peer_create(&judge, &cell->scene->mesh, true, error);
+    if (fine) {
+        const float(*at)[3] = (const float(*)[3]) truth->at;
+        peer_query(judge, &cell->light, table, at, truth->count, other);
+        peer_samples_turn(table);
+        peer_query(judge, &cell->light, table, at, truth->count, truth->value);
+    }
+    peer_destroy(judge);
+    peer_samples_free(table);
+    return fine;
+}
+
+static bool by_force(bench_truth *truth, const bench_cell *cell, uint32_t samples, float *other,
+                     cli_error *error) {
+    brute *force = brute_create(&cell->scene->mesh, &cell->light, samples);
+    if (!force) return cli_fail(error, CLI_FAILED, "memory ran out");
+    uint64_t state = 7;
+    for (size_t i = 0; i < truth->count; i++) {
+        other[i] = (float) brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
+        truth->value[i] = (float) brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
+    }
+    brute_destroy(force);
+    return true;
+}
+
 bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_options *options,
                       cli_error *error) {
     const size_t n = cell->points.count;
     const size_t count = n < options->truth_points ? n : options->truth_points;
-    const peer_style style = {.samples = options->truth_samples / 2, .clustered = true,
-                              .truth = true};
-    peer *judge = NULL;
-    if (!reserve(truth, count) || !choose(truth, cell)) {
+    float *other = malloc((count + 1) * sizeof *other);
+    if (!reserve(truth, count) || !other || !choose(truth, cell)) {
+        free(other);
         bench_truth_free(truth);
         return cli_fail(error, CLI_FAILED, "memory ran out");
     }
-    float *half = malloc(count * sizeof *half);
-    peer_samples *samples = peer_samples_create(&cell->light, &style);
-    bool fine = half && samples;
-    if (!fine) cli_fail(error, CLI_FAILED, "memory ran out");
-    fine = fine && peer_create(&judge, &cell->scene->mesh, true, error);
+    const uint32_t half = options->truth_samples / 2;
+    truth->brute = cell->scene->mesh.triangle_count <= BRUTE_MOST;
+    const bool fine = (truth->brute ? by_force : by_rays)(truth, cell, half, other, error);
     double square = 0;
-    if (fine) {
-        const float(*at)[3] = (const float(*)[3]) truth->at;
-        peer_query(judge, &cell->light, samples, at, count, half);
-        peer_samples_turn(samples);
-        peer_query(judge, &cell->light, samples, at, count, truth->value);
-    }
     for (size_t i = 0; fine && i < count; i++) {
-        const double apart = (double) half[i] - (double) truth->value[i];
-        truth->value[i] = (half[i] + truth->value[i]) / 2;
+        const double apart = (double) other[i] - (double) truth->value[i];
+        truth->value[i] = (other[i] + truth->value[i]) / 2;
         if (!(truth->value[i] > 0 && truth->value[i] < 1)) continue;
         truth->penumbrae++;
         square += apart * apart / 4;
     }
     if (truth->penumbrae) truth->error = sqrt(square / (double) truth->penumbrae);
-    peer_destroy(judge);
-    peer_samples_free(samples);
-    free(half);
+    free(other);
     if (!fine) bench_truth_free(truth);
     return fine;
 }
