@@ -6,7 +6,7 @@ import subprocess
 
 from command import LIGHT, MESH, Case, main
 
-SMALL = ["--side", "24", "--truth-points", "200", "--truth-samples", "1024", "--repeat", "1"]
+SMALL = ["--side", "24", "--truth-points", "200", "--truth-samples", "16384", "--repeat", "1"]
 
 
 class Bench(Case):
