@@ -371,6 +371,12 @@ softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool
     return SOFTSHADOW_OK;
 }
 
+bool ss_frame_mirrored(const ss_frame *frame) {
+    double across[3];
+    ss_cross(frame->x, frame->y, across);
+    return ss_dot(across, frame->z) > 0;
+}
+
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]) {
     /* local = host * scale - shift; homogeneous (X w, Y w, h w, w) is linear in local coordinates. */

@@ -76,6 +76,9 @@ static inline bool ss_frame_project(const ss_frame *frame, const double p[3], do
     return true;
 }
 
+/* Does the light, looking along z, see X to the left of where Y has it? */
+bool ss_frame_mirrored(const ss_frame *frame);
+
 /* Half a penumbra's width in texels per unit of h. */
 static inline double ss_frame_rate(const ss_frame *frame) { return frame->rate / frame->texel; }
 

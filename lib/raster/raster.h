@@ -22,6 +22,7 @@ typedef struct ss_raster_casters {
      * along each axis, at most `steepest` (h per unit of X or Y); 0: the depth at the centre. */
     double slope_texels, steepest;
     double deepest; /* triangles wholly beyond this h are left out */
+    bool front_only; /* triangles that turn their back to the light are left out */
     uint8_t *held;  /* per triangle, set to 1 where the map needs it; or NULL */
 } ss_raster_casters;
 

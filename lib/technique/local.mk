@@ -6,6 +6,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/map_techniques.h \
   %D%/rim.c %D%/rim.h \
   %D%/pcf.c \
+  %D%/penumbra_limit.c \
   %D%/penumbra_map.c \
   %D%/raytrace.c %D%/raytrace.h \
   %D%/registry.c %D%/technique.h \

@@ -8,5 +8,6 @@ extern const ss_technique ss_hard;
 extern const ss_technique ss_pcf;
 extern const ss_technique ss_penumbra_map;
 extern const ss_technique ss_smoothie;
+extern const ss_technique ss_penumbra_limit;
 
 #endif

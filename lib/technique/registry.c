@@ -13,6 +13,7 @@ const ss_technique *const ss_techniques[] = {
     &ss_pcf,
     &ss_penumbra_map,
     &ss_smoothie,
+    &ss_penumbra_limit,
 };
 const uint32_t ss_technique_count = sizeof ss_techniques / sizeof ss_techniques[0];
 

@@ -93,11 +93,9 @@ static void collect(collector *c, const ss_silhouette_edge *found) {
 
 softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
                                    const ss_frame *frame, uint32_t resolution) {
-    double across[3];
     *out = (ss_rim){0};
-    ss_cross(frame->x, frame->y, across);
     collector c = {.out = out, .world = stage->world, .frame = frame, .most = resolution,
-                   .mirrored = ss_dot(across, frame->z) > 0,
+                   .mirrored = ss_frame_mirrored(frame),
                    .round = stage->light->type == SOFTSHADOW_SPHERE && frame->inverse > 0};
     c.number = ss_alloc(stage->world->vertex_count, sizeof *c.number);
     out->vertex = ss_alloc(2 * found->count, sizeof *out->vertex);
@@ -145,8 +143,7 @@ static double width_of(const artist *a, uint32_t v) {
     return a->style->width(a->style->ctx, &a->rim->vertex[v]);
 }
 
-/* How much wider a penumbra is in direction m. */
-static double stretch(const ss_rim_vertex *v, const double m[2]) {
+double ss_rim_stretch(const ss_rim_vertex *v, const double m[2]) {
     return hypot(1, m[0] * v->tangent[0] + m[1] * v->tangent[1]);
 }
 
@@ -182,7 +179,7 @@ static bool leave(const ss_rim_edge *edge, double side, double r0, double r1, bo
 static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
     const ss_rim_edge *edge = &a->rim->edge[e];
     const double right[2] = {edge->along[1], -edge->along[0]};
-    const double wide = stretch(&a->rim->vertex[edge->vertex[0]], right);
+    const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
     return leave(edge, side, wide * width_of(a, edge->vertex[0]), wide * width_of(a, edge->vertex[1]),
                  a->style->tangent, m);
 }
@@ -195,17 +192,17 @@ static void strip(artist *a, uint32_t e, double side) {
     spot near[2], far[2];
     for (int i = 0; i < 2; i++) {
         const ss_rim_vertex *v = &a->rim->vertex[edge->vertex[i]];
-        const double w = width_of(a, edge->vertex[i]), wide = w * stretch(v, right);
+        const double w = width_of(a, edge->vertex[i]), wide = w * ss_rim_stretch(v, right);
         near[i] = (spot){v->x, v->y, {0, v->h}};
         far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
     }
-    const uint32_t tag = 4 * e + (side < 0 ? SS_RIM_INSIDE : 0);
+    const uint32_t tag = SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0);
     triangle(a, &near[0], &near[1], &far[1], tag);
     triangle(a, &near[0], &far[1], &far[0], tag);
 }
 
 /* A piece of the disc around a vertex, from angle `from` on by `turn` (either sign). */
-static void wedge(artist *a, uint32_t v, double from, double turn, bool inside) {
+static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flags) {
     const ss_rim_vertex *at = &a->rim->vertex[v];
     const int pieces = (int)ceil(fabs(turn) / PIECE);
     const double widest = hypot(1, hypot(at->tangent[0], at->tangent[1]));
@@ -218,7 +215,7 @@ static void wedge(artist *a, uint32_t v, double from, double turn, bool inside) 
             rim[k] = (spot){at->x + x, at->y + y,
                             {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
         }
-        triangle(a, &tip, &rim[0], &rim[1], 4 * v + SS_RIM_CORNER + (inside ? SS_RIM_INSIDE : 0));
+        triangle(a, &tip, &rim[0], &rim[1], SS_RIM_TAG * v + SS_RIM_CORNER + flags);
     }
 }
 
@@ -236,11 +233,11 @@ static void corner(artist *a, uint32_t v) {
     double m[2], n[2];
     for (int side = 1; side >= (a->style->inside ? -1 : 1); side -= 2) {
         if (!leave_edge(a, at->in, side, m) || !leave_edge(a, at->out, side, n)) {
-            wedge(a, v, 0, 2 * M_PI, false);
+            wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
             return;
         }
         const double turn = principal(angle_of(n) - angle_of(m));
-        if (turn * side > 0) wedge(a, v, angle_of(m), turn, side < 0);
+        if (turn * side > 0) wedge(a, v, angle_of(m), turn, side < 0 ? SS_RIM_INSIDE : 0);
     }
 }
 
@@ -252,12 +249,12 @@ static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
         mean[0] += m[0], mean[1] += m[1];
     }
     if (!(hypot(mean[0], mean[1]) > 1e-6)) {
-        wedge(a, v, 0, 2 * M_PI, false);
+        wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
         return;
     }
     for (size_t i = 0; i < n; i++) {
         if (!leave_edge(a, edges[i], 1, m)) continue;
-        wedge(a, v, angle_of(m), principal(angle_of(mean) - angle_of(m)), false);
+        wedge(a, v, angle_of(m), principal(angle_of(mean) - angle_of(m)), 0);
     }
 }
 
@@ -293,7 +290,7 @@ softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
         const uint32_t degree = at->arriving + at->leaving;
         if (at->cut || degree == 0 || (degree > 2 && style->average)) continue;
         if (at->arriving == 1 && at->leaving == 1) corner(&a, v);
-        else wedge(&a, v, 0, 2 * M_PI, false);
+        else wedge(&a, v, 0, 2 * M_PI, SS_RIM_DISC);
     }
     if (style->average && !a.failed) draw_crowded(&a);
     *triangles = a.list, *count = a.count;

@@ -43,12 +43,14 @@ softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out);
 softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
                                    const ss_frame *frame, uint32_t resolution);
 void ss_rim_free(ss_rim *rim);
+/* How much wider a vertex's penumbra is in direction m, a unit vector. */
+double ss_rim_stretch(const ss_rim_vertex *v, const double m[2]);
 
-/* What is drawn along an rim. Attributes of the triangles:
+/* What is drawn along a rim. Attributes of the triangles:
  *   strips   0: distance from the edge in texels, > 0 outside, < 0 inside   1: the edge's h there
  *   corners  0, 2: the place relative to the vertex, in texels              1: the vertex's h
  *            3: that place times the vertex's tangent
- * tag = 4 * (index of the edge or vertex) + (corner ? 1 : 0) + (inside ? 2 : 0). */
+ * tag = 8 * (index of the edge or vertex) + SS_RIM_ flags. */
 typedef struct ss_rim_style {
     double (*width)(const void *ctx, const ss_rim_vertex *vertex); /* of a strip, in such texels */
     const void *ctx;
@@ -58,7 +60,8 @@ typedef struct ss_rim_style {
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
 } ss_rim_style;
 
-enum { SS_RIM_CORNER = 1, SS_RIM_INSIDE = 2 };
+/* DISC: all around a vertex whose inside and outside the rim does not tell. */
+enum { SS_RIM_CORNER = 1, SS_RIM_INSIDE = 2, SS_RIM_DISC = 4, SS_RIM_TAG = 8 };
 
 /* How far texel i of a run is from its edge or vertex; the sign of strips is kept. */
 static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {

@@ -34,9 +34,9 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps_outer
+map_proofs = %D%/maps
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
-%C%_maps_outer_CPPFLAGS = $(PROOF_CPPFLAGS)
-%C%_maps_outer_LDADD = $(PROOF_LIBS)
+%C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_LDADD = $(PROOF_LIBS)
 endif

@@ -20,6 +20,7 @@ typedef struct drawing {
     const ss_raster_casters *casters;
     projected *vertex;
     ss_bins bins;
+    bool mirrored; /* does the light see X, Y mirrored? */
     const float *above;
     float *plane;
 } drawing;
@@ -141,13 +142,14 @@ static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3]
     ss_scan scan;
     if (!ss_scan_snap(&scan, corner, c->resolution)) return;
     if (scan.last_y < first || scan.first_y > last) return;
+    if (c->front_only && (ss_scan_area(&scan) > 0) == d->mirrored) return;
     ss_scan_gradients(&scan, corner, 1);
     const float bias = bias_of(d, &scan);
     if (has_holes(c->world, t) && !clipped) {
         holes h = {c->world, c->frame, (uint32_t)t, corner, {{0, 0}, {1, 0}, {0, 1}}};
         ss_scan_masked(&scan, first, last, c->resolution, bias, d->above, d->plane, keep, &h);
     } else if (d->above) {
-        ss_scan_peel(&scan, first, last, c->resolution, d->above, d->plane);
+        ss_scan_peel(&scan, first, last, c->resolution, bias, d->above, d->plane);
     } else {
         ss_scan_depth(&scan, first, last, c->resolution, bias, d->plane);
     }
@@ -177,7 +179,8 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status draw_casters(const ss_raster_casters *casters, const float *above,
                                       float *plane, ss_pool *pool) {
     const ss_world *world = casters->world;
-    drawing d = {.casters = casters, .above = above, .plane = plane};
+    drawing d = {.casters = casters, .above = above, .plane = plane,
+                 .mirrored = ss_frame_mirrored(casters->frame)};
     d.vertex = ss_alloc(world->vertex_count, sizeof *d.vertex);
     if (!d.vertex) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu vertices", world->vertex_count);

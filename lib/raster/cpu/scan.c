@@ -48,7 +48,7 @@ bool ss_scan_snap(ss_scan *scan, const ss_scan_corner corner[3], uint32_t resolu
     return scan->first_x <= scan->last_x && scan->first_y <= scan->last_y;
 }
 
-static int64_t twice_area(const ss_scan *s) {
+int64_t ss_scan_area(const ss_scan *s) {
     return (int64_t)(s->x[1] - s->x[0]) * (s->y[2] - s->y[0]) -
            (int64_t)(s->x[2] - s->x[0]) * (s->y[1] - s->y[0]);
 }
@@ -167,7 +167,7 @@ static inline void depth_row(const walk *w, const block *b, int32_t row) {
 }
 
 static void order_of(const ss_scan *s, int order[3]) {
-    const bool turn = twice_area(s) < 0;
+    const bool turn = ss_scan_area(s) < 0;
     order[0] = 0, order[1] = turn ? 2 : 1, order[2] = turn ? 1 : 2;
 }
 
@@ -176,7 +176,7 @@ static int32_t greatest(int32_t a, int32_t b) { return a > b ? a : b; }
 
 static void walk_depth(const walk *w) {
     const ss_scan *s = w->scan;
-    if (twice_area(s) == 0) return;
+    if (ss_scan_area(s) == 0) return;
     int order[3];
     order_of(s, order);
     const int32_t top = least(s->last_y, w->last_row);
@@ -197,8 +197,8 @@ void ss_scan_depth(const ss_scan *scan, int32_t first_row, int32_t last_row, uin
 }
 
 void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
-                  const float *above, float *plane) {
-    const walk w = {scan, first_row, last_row, (int32_t)resolution, 0, above, plane};
+                  float bias, const float *above, float *plane) {
+    const walk w = {scan, first_row, last_row, (int32_t)resolution, bias, above, plane};
     walk_depth(&w);
 }
 
@@ -235,7 +235,7 @@ static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int
 
 void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t used, uint32_t tag,
                   ss_raster_shade *shade, void *ctx) {
-    if (twice_area(s) == 0) return;
+    if (ss_scan_area(s) == 0) return;
     int order[3];
     order_of(s, order);
     const int32_t top = least(s->last_y, last_row);
@@ -257,7 +257,7 @@ void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_
 
 /* The weights of the corners at a texel's centre, from the snapped corners. */
 static void weights_at(const ss_scan *s, int32_t x, int32_t y, double weight[3]) {
-    const double area = (double)twice_area(s);
+    const double area = (double)ss_scan_area(s);
     const double px = (double)x * SS_SUBTEXELS + 128, py = (double)y * SS_SUBTEXELS + 128;
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;

@@ -31,7 +31,9 @@ void ss_scan_gradients(ss_scan *scan, const ss_scan_corner corner[3], uint32_t u
 void ss_scan_depth(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
                    float bias, float *plane);
 void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
-                  const float *above, float *plane);
+                  float bias, const float *above, float *plane);
+/* Twice the snapped area, > 0 counter-clockwise. */
+int64_t ss_scan_area(const ss_scan *scan);
 void ss_scan_runs(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t used, uint32_t tag,
                   ss_raster_shade *shade, void *ctx);
 /* Like depth, but a texel counts only where keep(ctx, weights of the corners) says so. */
