@@ -52,7 +52,7 @@ typedef struct bench_result {
     double penumbra, lit; /* shares of the truth's points */
     double truth_error;   /* of the truth itself, from its two halves, over penumbrae */
     bench_way ours[BENCH_COUNTS], fixed[BENCH_COUNTS], rim[BENCH_COUNTS];
-    uint32_t ours_count, peer_count;
+    uint32_t ours_count, fixed_count, rim_count;
     peer_style style;     /* flag and order that were faster */
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build;       /* seconds, the first time */

@@ -280,7 +280,7 @@ int cli_bench(int argc, char **argv) {
         {.name = "truth-points", .kind = CLI_UINT, .argument = "N", .into = &o->truth_points,
          .low = 16, .high = 1 << 22, .help = "points that errors are measured on (4096)"},
         {.name = "truth-samples", .kind = CLI_UINT, .argument = "N", .into = &o->truth_samples,
-         .low = 64, .high = 1 << 22, .help = "of each of them (16384)"},
+         .low = 128, .high = 1 << 22, .help = "of each of them (16384)"},
         {.name = "models", .kind = CLI_TEXT, .argument = "DIR", .into = &r.models,
          .help = "what examples/fetch-models got (~/.cache/softshadow/models)"},
         {.name = "csv", .kind = CLI_TEXT, .argument = "FILE", .into = &r.csv,

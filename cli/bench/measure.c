@@ -7,10 +7,10 @@
 #include "bench.h"
 #include "clock.h"
 
-enum { MOST_REPEATS = 32, CHUNK = 256 };
+enum { MOST_REPEATS = 32, CHUNK = 128 };
 
 /* What the peer shoots in one timing: enough that a timing takes a few tenths of a second. */
-#define RAYS_A_TIMING 16e6
+#define RAYS_A_TIMING 12e6
 
 static const uint32_t our_counts[] = {256, 512, 1024, 2048, 4096};
 static const uint32_t peer_counts[] = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
@@ -157,15 +157,31 @@ typedef struct timings {
     uint32_t count;
 } timings;
 
+static double least_tolerance(const bench_options *o) {
+    double least = 1;
+    for (uint32_t i = 0; i < o->tolerance_count; i++) least = fmin(least, o->tolerances[i]);
+    return least;
+}
+
+/* Whether a further count is of use: errors are not yet small enough, and more rays still help. */
+static bool goes_on(const contest *c, const bench_way *ways, uint32_t count) {
+    if (count == 0) return true;
+    const double error = ways[count - 1].penumbra_rms;
+    if (error <= least_tolerance(c->options)) return false;
+    return count == 1 || error < 0.95 * ways[count - 2].penumbra_rms;
+}
+
 static bool peer_turn(contest *c, uint32_t i, bool rim, timings *times) {
-    peer_style style = c->result->style;
+    bench_result *r = c->result;
+    peer_style style = r->style;
     style.samples = peer_counts[i], style.rim = rim;
-    bench_way *way = rim ? &c->result->rim[i] : &c->result->fixed[i];
-    if (times->count == 0) {
-        snprintf(way->name, sizeof way->name, "%s %u", rim ? "rim" : "fixed", style.samples);
-        if (!judge_peer(c, &style, way)) return false;
+    bench_way *ways = rim ? r->rim : r->fixed;
+    uint32_t *count = rim ? &r->rim_count : &r->fixed_count;
+    if (i == *count && times->count == 0 && goes_on(c, ways, *count)) {
+        snprintf(ways[i].name, sizeof ways[i].name, "%s %u", rim ? "rim" : "fixed", style.samples);
+        if (!judge_peer(c, &style, &ways[(*count)++])) return false;
     }
-    return time_peer(c, &style, style.samples, &times->of[times->count++]);
+    return i >= *count || time_peer(c, &style, style.samples, &times->of[times->count++]);
 }
 
 static bool our_turn(contest *c, const char *method, uint32_t samples, double tolerance,
@@ -177,19 +193,24 @@ static bool our_turn(contest *c, const char *method, uint32_t samples, double to
     return true;
 }
 
+static bool exact_turn(contest *c, uint32_t i, timings *times) {
+    bench_result *r = c->result;
+    if (i == r->ours_count && times->count == 0 && goes_on(c, r->ours, i)) {
+        snprintf(r->ours[i].name, sizeof r->ours[i].name, "exact %u", our_counts[i]);
+        r->ours_count++;
+    }
+    return i >= r->ours_count || our_turn(c, "exact", our_counts[i], 0, &r->ours[i], times);
+}
+
 static bool all_turns(contest *c) {
     static timings ours[OURS], fixed[PEERS], rim[PEERS], automatic[BENCH_TOLERANCES];
     bench_result *r = c->result;
     const bench_options *o = c->options;
     memset(ours, 0, sizeof ours), memset(fixed, 0, sizeof fixed), memset(rim, 0, sizeof rim);
     memset(automatic, 0, sizeof automatic);
-    r->ours_count = OURS, r->peer_count = o->peer ? PEERS : 0;
     for (uint32_t turn = 0; turn < o->repeat; turn++) {
         for (uint32_t i = 0; i < PEERS; i++) {
-            if (i < OURS) {
-                snprintf(r->ours[i].name, sizeof r->ours[i].name, "exact %u", our_counts[i]);
-                if (!our_turn(c, "exact", our_counts[i], 0, &r->ours[i], &ours[i])) return false;
-            }
+            if (i < OURS && !exact_turn(c, i, &ours[i])) return false;
             if (o->automatic && i < o->tolerance_count) {
                 bench_way *way = &r->at[i].automatic_way;
                 snprintf(way->name, sizeof way->name, "auto");
@@ -199,11 +220,10 @@ static bool all_turns(contest *c) {
                 return false;
         }
     }
-    for (uint32_t i = 0; i < OURS; i++) r->ours[i].seconds = median(ours[i].of, o->repeat);
-    for (uint32_t i = 0; i < r->peer_count; i++) {
+    for (uint32_t i = 0; i < r->ours_count; i++) r->ours[i].seconds = median(ours[i].of, o->repeat);
+    for (uint32_t i = 0; i < r->fixed_count; i++)
         r->fixed[i].seconds = median(fixed[i].of, o->repeat);
-        r->rim[i].seconds = median(rim[i].of, o->repeat);
-    }
+    for (uint32_t i = 0; i < r->rim_count; i++) r->rim[i].seconds = median(rim[i].of, o->repeat);
     for (uint32_t i = 0; o->automatic && i < o->tolerance_count; i++)
         r->at[i].automatic = r->at[i].automatic_way.seconds = median(automatic[i].of, o->repeat);
     return true;
@@ -246,8 +266,8 @@ static void conclude(contest *c) {
         const double e = c->options->tolerances[i];
         bench_reached fixed_is, rim_is;
         at->ours = bench_reach(r->ours, r->ours_count, e, &at->ours_is);
-        const double fixed = bench_reach(r->fixed, r->peer_count, e, &fixed_is);
-        const double rim = bench_reach(r->rim, r->peer_count, e, &rim_is);
+        const double fixed = bench_reach(r->fixed, r->fixed_count, e, &fixed_is);
+        const double rim = bench_reach(r->rim, r->rim_count, e, &rim_is);
         at->peer = fmin(fixed, rim); /* of a number and a NAN the number */
         at->peer_is = at->peer == rim ? rim_is : fixed_is;
     }

@@ -1,4 +1,5 @@
-/* based on: [WWB14] Embree; [Vog79] the sunflower spiral. */
+/* based on: [WWB14] Embree; [Vog79] the sunflower spiral; [DBC17] Duff et al., "Building an Orthonormal
+ * Basis, Revisited". */
 #include "peer.h"
 
 #include <dlfcn.h>
@@ -39,8 +40,8 @@ struct peer_samples {
     peer_style style;
     uint32_t padded; /* a multiple of PACKET */
     uint32_t seed;
-    float *x, *y;    /* in the unit disk or [-1, 1]^2, padded */
-    float rim_x[PACKET], rim_y[PACKET];
+    float *x, *y;    /* in the unit disk or [-1, 1]^2, padded; aligned as packets are */
+    _Alignas(64) float rim_x[PACKET], rim_y[PACKET];
 };
 
 /* ---- Loading and building -------------------------------------------------------------------*/
@@ -172,15 +173,18 @@ static void place_rim(peer_samples *s, bool disk) {
 }
 
 peer_samples *peer_samples_create(const softshadow_light *light, const peer_style *style) {
-    peer_samples *s = calloc(1, sizeof *s);
+    peer_samples *s = aligned_alloc(64, sizeof *s);
     if (!s) return NULL;
+    memset(s, 0, sizeof *s);
     const bool disk = light->type != SOFTSHADOW_RECT;
     s->style = *style;
     s->padded = (style->samples + PACKET - 1) / PACKET * PACKET;
-    s->x = calloc(s->padded, sizeof *s->x), s->y = calloc(s->padded, sizeof *s->y);
+    s->x = aligned_alloc(64, s->padded * sizeof *s->x);
+    s->y = aligned_alloc(64, s->padded * sizeof *s->y);
     sample *all = malloc(style->samples * sizeof *all);
     if (s->x && s->y && all) {
         for (uint32_t i = 0; i < style->samples; i++) all[i] = place(s, disk, i);
+        memset(s->x, 0, s->padded * sizeof *s->x), memset(s->y, 0, s->padded * sizeof *s->y);
         qsort(all, style->samples, sizeof *all, by_key);
         for (uint32_t i = 0; i < style->samples; i++) s->x[i] = all[i].x, s->y[i] = all[i].y;
         place_rim(s, disk);
@@ -208,20 +212,15 @@ typedef struct view {
     float centre[3], a[3], b[3], end;
 } view;
 
-static void axes(const double n[3], double a[3], double b[3]) {
-    const double sign = copysign(1, n[2]), k = -1 / (sign + n[2]), m = n[0] * n[1] * k;
+static inline __attribute__((always_inline)) void axes(const float n[3], float a[3], float b[3]) {
+    /* [DBC17], without a branch */
+    const float sign = copysignf(1, n[2]), k = -1 / (sign + n[2]), m = n[0] * n[1] * k;
     a[0] = 1 + sign * n[0] * n[0] * k, a[1] = sign * m, a[2] = -sign * n[0];
     b[0] = m, b[1] = sign + n[1] * n[1] * k, b[2] = -n[1];
 }
 
-static double unit(double v[3]) {
-    const double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    for (int k = 0; k < 3; k++) v[k] /= length;
-    return length;
-}
-
 /* A hash of the point turns the samples, so that an answer does not depend on the order. */
-static uint32_t hash(const float p[3], uint32_t seed) {
+static inline __attribute__((always_inline)) uint32_t hash(const float p[3], uint32_t seed) {
     uint32_t bits[3];
     memcpy(bits, p, sizeof bits);
     uint32_t h = bits[0] * 0x9e3779b1u ^ bits[1] * 0x85ebca77u ^ bits[2] * 0xc2b2ae3du ^ seed;
@@ -230,97 +229,121 @@ static uint32_t hash(const float p[3], uint32_t seed) {
     return h ^ h >> 15;
 }
 
-static void see(const softshadow_light *light, const float p[3], uint32_t seed, view *v) {
-    double centre[3], a[3], b[3], end = 1, size = light->radius;
-    for (int k = 0; k < 3; k++) centre[k] = light->position[k] - (double) p[k];
-    if (light->type == SOFTSHADOW_SPHERE) {
-        double to[3] = {centre[0], centre[1], centre[2]};
-        const double sine = light->radius / unit(to);
-        end = (1 - sine) * (1 + sine);
-        size /= sqrt(end);
-        axes(to, a, b);
-    } else if (light->type == SOFTSHADOW_RECT) {
-        size = 1;
-        memcpy(a, light->u, sizeof a), memcpy(b, light->v, sizeof b);
-    } else {
-        double normal[3] = {light->direction[0], light->direction[1], light->direction[2]};
-        unit(normal);
-        axes(normal, a, b);
-        if (light->type == SOFTSHADOW_SUN) {
-            for (int k = 0; k < 3; k++) centre[k] = -normal[k];
-            size = tan(light->radius), end = INFINITY;
-        }
-    }
-    const float turn = (float) TAU * (float) (hash(p, seed) >> 8) * 0x1p-24f;
-    const double c = (double) cosf(turn), s = (double) sinf(turn);
-    const bool turns = light->type != SOFTSHADOW_RECT;
-    for (int k = 0; k < 3; k++) {
-        v->centre[k] = (float) centre[k];
-        v->a[k] = (float) (size * (turns ? c * a[k] + s * b[k] : a[k]));
-        v->b[k] = (float) (size * (turns ? c * b[k] - s * a[k] : b[k]));
-    }
-    v->end = (float) end;
-}
+enum { TURNS = 1024 };
 
 typedef struct work {
     const softshadow_light *light;
     const peer_samples *samples;
     RTCScene scene;
     struct RTCIntersectContext *context;
+    view fixed; /* what of the view is the same for all points */
+    float cosine[TURNS], sine[TURNS];
 } work;
 
-typedef struct RTCRay16 packet;
+static void prepare(work *w) {
+    const softshadow_light *light = w->light;
+    float size = (float) light->radius, normal[3];
+    for (int i = 0; i < TURNS; i++) {
+        w->cosine[i] = (float) cos(TAU * i / TURNS), w->sine[i] = (float) sin(TAU * i / TURNS);
+    }
+    w->fixed.end = 1;
+    for (int k = 0; k < 3; k++) {
+        w->fixed.centre[k] = (float) light->position[k];
+        w->fixed.a[k] = (float) light->u[k], w->fixed.b[k] = (float) light->v[k];
+    }
+    if (light->type == SOFTSHADOW_RECT || light->type == SOFTSHADOW_SPHERE) return;
+    const double *d = light->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int k = 0; k < 3; k++) normal[k] = (float) (d[k] / length);
+    axes(normal, w->fixed.a, w->fixed.b);
+    if (light->type == SOFTSHADOW_SUN) {
+        size = (float) tan(light->radius), w->fixed.end = INFINITY;
+        for (int k = 0; k < 3; k++) w->fixed.centre[k] = -normal[k];
+    }
+    for (int k = 0; k < 3; k++) w->fixed.a[k] *= size, w->fixed.b[k] *= size;
+}
 
-static inline __attribute__((always_inline)) void begin(packet *ray, const float p[3]) {
-    for (int i = 0; i < PACKET; i++) {
-        ray->org_x[i] = p[0], ray->org_y[i] = p[1], ray->org_z[i] = p[2];
-        ray->tnear[i] = 0, ray->time[i] = 0;
-        ray->mask[i] = UINT32_MAX, ray->id[i] = 0, ray->flags[i] = 0;
+static inline __attribute__((always_inline)) void see(const work *w, const float p[3], view *v) {
+    *v = w->fixed;
+    if (w->light->type != SOFTSHADOW_SUN)
+        for (int k = 0; k < 3; k++) v->centre[k] -= p[k];
+    if (w->light->type == SOFTSHADOW_RECT) return;
+    float size = 1;
+    if (w->light->type == SOFTSHADOW_SPHERE) {
+        const float *c = v->centre, radius = (float) w->light->radius;
+        const float square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2], part = 1 / sqrtf(square);
+        const float to[3] = {c[0] * part, c[1] * part, c[2] * part};
+        v->end = 1 - radius * radius / square;
+        size = radius / sqrtf(v->end);
+        axes(to, v->a, v->b);
+    }
+    const uint32_t turn = hash(p, w->samples->seed) >> 22;
+    const float c = size * w->cosine[turn], s = size * w->sine[turn];
+    for (int k = 0; k < 3; k++) {
+        const float a = v->a[k], b = v->b[k];
+        v->a[k] = c * a + s * b, v->b[k] = c * b - s * a;
     }
 }
 
-/* How many of the packet's valid rays meet something. */
-static inline __attribute__((always_inline)) uint32_t shoot(const work *w, packet *ray,
-                                                            const view *v, const float *x,
-                                                            const float *y, const int *valid) {
-    for (int i = 0; i < PACKET; i++) {
-        ray->dir_x[i] = v->centre[0] + x[i] * v->a[0] + y[i] * v->b[0];
-        ray->dir_y[i] = v->centre[1] + x[i] * v->a[1] + y[i] * v->b[1];
-        ray->dir_z[i] = v->centre[2] + x[i] * v->a[2] + y[i] * v->b[2];
-        ray->tfar[i] = v->end;
-    }
-    rtc.Occluded16(valid, w->scene, w->context, ray);
-    int hidden = 0;
-    for (int i = 0; i < PACKET; i++) hidden += valid[i] && ray->tfar[i] < 0;
-    return (uint32_t) hidden;
+typedef struct RTCRay16 packet;
+typedef float floats __attribute__((vector_size(64)));
+typedef int32_t ints __attribute__((vector_size(64)));
+
+/* A macro: a function that returns a vector has one ABI with AVX-512 and another without. */
+#define ALL_OF(x) ((floats){0} + (x))
+
+static inline __attribute__((always_inline)) void begin(packet *ray, const float p[3]) {
+    *(floats *) ray->org_x = ALL_OF(p[0]);
+    *(floats *) ray->org_y = ALL_OF(p[1]);
+    *(floats *) ray->org_z = ALL_OF(p[2]);
+    *(floats *) ray->tnear = *(floats *) ray->time = ALL_OF(0);
+    *(ints *) ray->mask = ~(ints){0};
+    *(ints *) ray->id = *(ints *) ray->flags = (ints){0};
+}
+
+/* Adds one to each lane whose valid ray meets something. */
+static inline __attribute__((always_inline)) void shoot(const work *w, packet *ray, const view *v,
+                                                        const float *x, const float *y,
+                                                        const ints *valid, ints *hidden) {
+    const floats s = *(const floats *) x, t = *(const floats *) y;
+    *(floats *) ray->dir_x = ALL_OF(v->centre[0]) + s * ALL_OF(v->a[0]) + t * ALL_OF(v->b[0]);
+    *(floats *) ray->dir_y = ALL_OF(v->centre[1]) + s * ALL_OF(v->a[1]) + t * ALL_OF(v->b[1]);
+    *(floats *) ray->dir_z = ALL_OF(v->centre[2]) + s * ALL_OF(v->a[2]) + t * ALL_OF(v->b[2]);
+    *(floats *) ray->tfar = ALL_OF(v->end);
+    rtc.Occluded16((const int *) valid, w->scene, w->context, ray);
+    *hidden -= (*(floats *) ray->tfar < ALL_OF(0)) & *valid;
+}
+
+static inline __attribute__((always_inline)) uint32_t sum_of(const ints *lanes) {
+    uint32_t sum = 0;
+    for (int i = 0; i < PACKET; i++) sum += (uint32_t) (*lanes)[i];
+    return sum;
 }
 
 static inline __attribute__((always_inline)) void answer(const work *w, const float (*points)[3],
                                                          size_t count, float *visibility) {
     const peer_samples *s = w->samples;
-    _Alignas(64) packet ray;
-    _Alignas(64) int all[PACKET], tail[PACKET];
     const uint32_t last = s->padded - PACKET;
-    for (int i = 0; i < PACKET; i++) {
-        all[i] = -1;
-        tail[i] = last + (uint32_t) i < s->style.samples ? -1 : 0;
-    }
+    _Alignas(64) packet ray;
+    ints all = ~(ints){0}, tail;
+    for (int i = 0; i < PACKET; i++) tail[i] = last + (uint32_t) i < s->style.samples ? -1 : 0;
     for (size_t q = 0; q < count; q++) {
         view v;
-        see(w->light, points[q], s->seed, &v);
+        see(w, points[q], &v);
         begin(&ray, points[q]);
+        ints hidden = {0};
         if (s->style.rim) {
-            const uint32_t hidden = shoot(w, &ray, &v, s->rim_x, s->rim_y, all);
-            if (hidden == 0 || hidden == PACKET) {
-                visibility[q] = hidden == 0;
+            shoot(w, &ray, &v, s->rim_x, s->rim_y, &all, &hidden);
+            const uint32_t met = sum_of(&hidden);
+            if (met == 0 || met == PACKET) {
+                visibility[q] = met == 0;
                 continue;
             }
+            hidden = (ints){0};
         }
-        uint32_t hidden = 0;
         for (uint32_t i = 0; i < last; i += PACKET)
-            hidden += shoot(w, &ray, &v, s->x + i, s->y + i, all);
-        hidden += shoot(w, &ray, &v, s->x + last, s->y + last, tail);
-        visibility[q] = 1 - (float) hidden / (float) s->style.samples;
+            shoot(w, &ray, &v, s->x + i, s->y + i, &all, &hidden);
+        shoot(w, &ray, &v, s->x + last, s->y + last, &tail, &hidden);
+        visibility[q] = 1 - (float) sum_of(&hidden) / (float) s->style.samples;
     }
 }
 
@@ -365,6 +388,7 @@ void peer_query(const peer *p, const softshadow_light *light, const peer_samples
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     if (samples->style.coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    const work w = {light, samples, p->scene, &context};
+    work w = {.light = light, .samples = samples, .scene = p->scene, .context = &context};
+    prepare(&w);
     answer_best(&w, points, count, visibility);
 }

@@ -131,13 +131,13 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
                         result->style.clustered ? "clusters" : "rings");
     printf("\n");
     print_ways("exact", result->ours, result->ours_count);
-    print_ways("peer", result->fixed, result->peer_count);
-    print_ways("", result->rim, result->peer_count);
+    print_ways("peer", result->fixed, result->fixed_count);
+    print_ways("rim", result->rim, result->rim_count);
     printf("\n");
     fflush(stdout);
     time_rows(r, cell, result->ours, result->ours_count);
-    time_rows(r, cell, result->fixed, result->peer_count);
-    time_rows(r, cell, result->rim, result->peer_count);
+    time_rows(r, cell, result->fixed, result->fixed_count);
+    time_rows(r, cell, result->rim, result->rim_count);
     return !(r->ratios.failed || r->times.failed) || cli_fail(error, CLI_FAILED, "memory ran out");
 }
 
