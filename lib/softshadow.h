@@ -18,7 +18,7 @@
  * Status     Every call that can fail returns SOFTSHADOW_OK (0) or a negative SOFTSHADOW_E_ code;
  *            softshadow_last_message() then says which argument was wrong, what it was and what is
  *            allowed. Outputs are always set: after an error a pointer is NULL, an id is
- *            UINT32_MAX, a batch of visibilities is all NaN.
+ *            UINT32_MAX, visibilities and measurements are NaN, counts are 0.
  * Structs    Begin with struct_size. Start from the matching _INIT macro; zero means "default" in
  *            every field. A program compiled against 1.0 runs with every 1.x.
  * Units      Lengths are in the scene's own unit and any handedness will do. Angles are radians.

@@ -291,9 +291,12 @@ static void fill_nan(float *out, size_t count) {
     for (size_t i = 0; out && i < count; i++) out[i] = NAN;
 }
 
+/* More than any machine holds: such a count is a mistake, and there is no array to fill. */
+#define NO_ARRAY ((uint64_t)1 << 44)
+
 /* What a failed query leaves: nothing that could be taken for an answer. */
 static void forget(const softshadow_points *points, float *visibility) {
-    if (points->count > PTRDIFF_MAX / sizeof(float)) return; /* no such array exists */
+    if (points->count >= NO_ARRAY) return;
     fill_nan(visibility, points->count);
     fill_nan(points->error_bound, points->count);
 }
@@ -317,6 +320,12 @@ softshadow_status softshadow_query_visibility(softshadow *handle, const softshad
     return leave(&c, status);
 }
 
+static void forget_error(softshadow_error *given) {
+    if (!ss_struct_takes(given, SIZE_1_0(softshadow_error))) return;
+    given->rms = given->max = given->p99 = given->mean = given->reference_error = NAN;
+    given->points = 0;
+}
+
 softshadow_status softshadow_measure_error(softshadow *handle, const softshadow_points *given,
                                            softshadow_error *given_error) {
     call c;
@@ -337,6 +346,7 @@ softshadow_status softshadow_measure_error(softshadow *handle, const softshadow_
         status = ss_struct_out("error", given_error, &error, sizeof error,
                                SIZE_1_0(softshadow_error));
     }
+    if (status) forget_error(given_error);
     return leave(&c, status);
 }
 
@@ -375,10 +385,12 @@ softshadow_status softshadow_get_stats(const softshadow *handle, softshadow_stat
     call c;
     softshadow_stats stats = SOFTSHADOW_STATS_INIT;
     softshadow_status status = enter(&c, (softshadow *)handle, false);
-    if (!status) {
-        stats.method_used = stats.backend_used = "";
-        sum_up((softshadow *)handle, &stats);
-        status = ss_struct_out("stats", given, &stats, sizeof stats, SIZE_1_0(softshadow_stats));
+    stats.method_used = stats.backend_used = "";
+    if (!status) sum_up((softshadow *)handle, &stats);
+    if (!status || ss_struct_takes(given, SIZE_1_0(softshadow_stats))) {
+        const softshadow_status copied =
+            ss_struct_out("stats", given, &stats, sizeof stats, SIZE_1_0(softshadow_stats));
+        if (!status) status = copied;
     }
     return leave(&c, status);
 }
@@ -459,11 +471,23 @@ softshadow_status softshadow_mesh_info(softshadow *handle, uint32_t mesh_id,
     softshadow_mesh_report report = SOFTSHADOW_MESH_REPORT_INIT;
     softshadow_status status = enter(&c, handle, false);
     if (!status) status = ss_engine_inspect(handle, mesh_id, &report);
-    if (!status) {
-        status = ss_struct_out("report", given, &report, sizeof report,
-                               SIZE_1_0(softshadow_mesh_report));
+    if (status) report = (softshadow_mesh_report)SOFTSHADOW_MESH_REPORT_INIT;
+    if (!status || ss_struct_takes(given, SIZE_1_0(softshadow_mesh_report))) {
+        const softshadow_status copied = ss_struct_out("report", given, &report, sizeof report,
+                                                       SIZE_1_0(softshadow_mesh_report));
+        if (!status) status = copied;
     }
     return leave(&c, status);
+}
+
+static void forget_explanation(softshadow_explanation *given) {
+    if (!ss_struct_takes(given, SIZE_1_0(softshadow_explanation))) return;
+    given->visibility = NAN, given->triangles = 0;
+    for (int k = 0; k < 3; k++) given->centre[k] = given->u[k] = given->v[k] = NAN;
+    if (given->size > SS_LARGEST_PICTURE) return;
+    const size_t pixels = (size_t)given->size * given->size;
+    fill_nan(given->image, pixels);
+    for (size_t i = 0; given->hider && i < pixels; i++) given->hider[i] = SOFTSHADOW_NO_PRIMITIVE;
 }
 
 softshadow_status softshadow_explain(softshadow *handle, softshadow_explanation *given) {
@@ -480,5 +504,6 @@ softshadow_status softshadow_explain(softshadow *handle, softshadow_explanation 
         status = ss_struct_out("explanation", given, &explanation, sizeof explanation,
                                SIZE_1_0(softshadow_explanation));
     }
+    if (status) forget_explanation(given);
     return leave(&c, status);
 }

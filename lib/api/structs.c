@@ -15,6 +15,12 @@ static softshadow_status given_size(const char *name, const void *given, size_t 
                    name, *size, least);
 }
 
+bool ss_struct_takes(const void *given, size_t least) {
+    uint32_t size = 0;
+    if (given) memcpy(&size, given, sizeof size);
+    return size >= least;
+}
+
 softshadow_status ss_struct_in(const char *name, const void *given, void *ours, size_t size,
                                size_t least) {
     uint32_t theirs = 0;

@@ -74,6 +74,7 @@ void ss_scratch_free(softshadow *handle);
 
 softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
                                     softshadow_error *error);
+#define SS_LARGEST_PICTURE 4096u /* the side of an explanation */
 softshadow_status ss_engine_explain(softshadow *handle, softshadow_explanation *explanation);
 
 softshadow_status ss_engine_inspect(softshadow *handle, uint32_t mesh_id,

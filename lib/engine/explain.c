@@ -10,8 +10,6 @@
 #include "trace/bvh.h"
 #include "trace/contact.h"
 
-#define LARGEST 4096
-
 /* The picture in the making. nearest holds the t of the nearest hider of a pixel. */
 typedef struct picture {
     const ss_world *world;
@@ -209,9 +207,9 @@ static softshadow_status paint(const ss_stage *stage, const ss_bvh *bvh, const s
 
 softshadow_status ss_engine_explain(softshadow *handle, softshadow_explanation *out) {
     const ss_built *built = &handle->built;
-    if (out->size == 0 || out->size > LARGEST) {
-        return ss_fail(SOFTSHADOW_E_ARGUMENT, "explanation.size: %u, must be 1..%d", out->size,
-                       LARGEST);
+    if (out->size == 0 || out->size > SS_LARGEST_PICTURE) {
+        return ss_fail(SOFTSHADOW_E_ARGUMENT, "explanation.size: %u, must be 1..%u", out->size,
+                       SS_LARGEST_PICTURE);
     }
     if (out->light >= built->light_count) {
         return ss_fail(SOFTSHADOW_E_ARGUMENT, "explanation.light: %u, must be below %u", out->light,

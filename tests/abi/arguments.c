@@ -282,6 +282,45 @@ static void struct_sizes(void **state) {
     unharmed();
 }
 
+/* After an error no struct holds what could be taken for an answer. */
+static void failed_structs(void **state) {
+    (void)state;
+    enum { SIDE = 3 };
+    float image[SIDE * SIDE] = {0};
+    uint64_t hider[SIDE * SIDE] = {0};
+    softshadow_error error = SOFTSHADOW_ERROR_INIT;
+    error.rms = error.max = error.p99 = error.mean = error.reference_error = 0.25;
+    error.points = 7, error.max_points = 8, error.samples = 9;
+    softshadow_points batch = f.batch;
+    batch.light = 5;
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "light",
+            softshadow_measure_error(f.handle, &batch, &error));
+    CHECK(isnan(error.rms) && isnan(error.max) && isnan(error.p99) && isnan(error.mean) &&
+              isnan(error.reference_error) && error.points == 0,
+          "rms %g of %llu points", error.rms, (unsigned long long)error.points);
+    CHECK(error.max_points == 8 && error.samples == 9, "what was asked stays");
+    softshadow_explanation explanation = SOFTSHADOW_EXPLANATION_INIT;
+    explanation.size = SIDE, explanation.image = image, explanation.hider = hider;
+    explanation.light = 5, explanation.visibility = 0.5f, explanation.triangles = 3;
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "light",
+            softshadow_explain(f.handle, &explanation));
+    CHECK(isnan(explanation.visibility) && explanation.triangles == 0 && isnan(explanation.u[0]),
+          "visibility %g", (double)explanation.visibility);
+    CHECK(all_nan(image, SIDE * SIDE), "the image is NaN");
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        CHECK(hider[i] == SOFTSHADOW_NO_PRIMITIVE, "pixel %d is hidden by a triangle", i);
+    }
+    softshadow_mesh_report report = SOFTSHADOW_MESH_REPORT_INIT;
+    report.triangles = 7;
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "mesh", softshadow_mesh_info(f.handle, 99, &report));
+    CHECK(report.triangles == 0, "%llu triangles", (unsigned long long)report.triangles);
+    softshadow_stats stats = SOFTSHADOW_STATS_INIT;
+    stats.points = 7;
+    REFUSED(NULL, SOFTSHADOW_E_ARGUMENT, "handle", softshadow_get_stats(NULL, &stats));
+    CHECK(stats.points == 0 && stats.method_used[0] == '\0', "stats are empty");
+    unharmed();
+}
+
 /* The sizes of 1.0 are promises: programs have them compiled in. */
 static void sizes_of_1_0(void **state) {
     (void)state;
@@ -324,7 +363,7 @@ static void strides_and_overflow(void **state) {
             batch.count = count[i], batch.position_stride = stride[k];
             /* Too many to be set to NaN: the array could not exist. Where it could, N are at hand.
              */
-            if (count[i] > 2 && count[i] <= PTRDIFF_MAX / sizeof(float)) continue;
+            if (count[i] > 2 && count[i] < (size_t)1 << 44) continue;
             REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "positions",
                     softshadow_query_visibility(f.handle, &batch, v));
             softshadow_mesh mesh = ask_mesh(&f.mesh);
@@ -590,6 +629,7 @@ int main(void) {
         TEST(null_is_a_default),
         TEST(struct_sizes),
         TEST(sizes_of_1_0),
+        TEST(failed_structs),
         TEST(strides_and_overflow),
         TEST(odd_strides),
         TEST(enums_out_of_range),
