@@ -14,22 +14,15 @@
 #include "trace/shaft.h"
 
 #define SS_LANES 16
-/* The list of an outline's edges: at most 2^LIST_BITS uses, found by hashing. Bit-planes that count to
- * that many. */
+/* An outline's edges are summed in slots found by hashing, at most 2^LIST_BITS uses at a time. A slot is
+ * edge << 33 | side of the faces << 32 | stamp << 16 | sum, where an old stamp means free. Bit-planes
+ * count to that many. */
 #define SS_GROUP_LIST_BITS 12
 #define SS_GROUP_LIST (1u << SS_GROUP_LIST_BITS)
 #define SS_GROUP_SLOT_BITS 13
 #define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
 #define SS_GROUP_PLANES (SS_GROUP_LIST_BITS + 1)
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
-
-typedef struct ss_list_edge {
-    uint32_t key; /* edge << 1 | side of the faces */
-    int32_t sum;
-} ss_list_edge;
-typedef struct ss_list_slot {
-    uint32_t key, place; /* place: stamp << LIST_BITS | where in the list */
-} ss_list_slot;
 
 typedef struct ss_group {
     _Alignas(64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
@@ -63,8 +56,8 @@ typedef struct ss_group {
 
     /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; slots, zeroed once. */
     uint32_t *planes;
-    ss_list_edge *list;
-    ss_list_slot *slots;
+    uint64_t *slots;
+    uint16_t *list; /* the slots in use; one more than SS_GROUP_LIST */
     void *walk; /* SS_GROUP_WALK_BYTES */
     uint32_t list_count, stamp;
 } ss_group;

@@ -61,20 +61,24 @@ static inline vm touched(const walk *w, const bounds *box, int left) {
     return left ? in : m_and(in, f_lt(f_set(0.75f), box->x_high));
 }
 
-static inline void draw_polygon(const walk *w, const polygon *p, uint32_t lanes) {
+/* Lanes in which something with these bounds crosses rows of a row block. */
+static inline uint32_t in_row_block(const bounds *box, uint32_t row_block) {
+    return m_bits(m_and(f_le(box->y_low, f_set((float)(SS_BLOCK * (row_block + 1)))),
+                        f_lt(f_set((float)(SS_BLOCK * row_block + 1)), box->y_high)));
+}
+
+static inline void draw_block(const walk *w, const polygon *p, uint32_t block, uint32_t lanes) {
+    const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
+    const uint32_t word = block % w->words;
     for (; lanes; lanes &= lanes - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(lanes);
-        uint32_t *mask = ss_group_mask(w->g, lane);
-        for (uint32_t b = 0; b < w->blocks; b++) {
-            const vf y = f_load(w->row + SS_BLOCK * (b / w->words));
-            const uint32_t word = b % w->words;
-            vi cover = edge_block(&p->edges[0], lane, y, word);
-            for (int i = 1; i + 1 < p->count; i += 2) {
-                cover = i_xor3(cover, edge_block(&p->edges[i], lane, y, word),
-                               edge_block(&p->edges[i + 1], lane, y, word));
-            }
-            i_store(mask + SS_BLOCK * b, i_or(i_load(mask + SS_BLOCK * b), cover));
+        uint32_t *mask = ss_group_mask(w->g, lane) + SS_BLOCK * block;
+        vi cover = edge_block(&p->edges[0], lane, y, word);
+        for (int i = 1; i + 1 < p->count; i += 2) {
+            cover = i_xor3(cover, edge_block(&p->edges[i], lane, y, word),
+                           edge_block(&p->edges[i + 1], lane, y, word));
         }
+        i_store(mask, i_or(i_load(mask), cover));
     }
 }
 
@@ -89,7 +93,13 @@ static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int 
         const pixel q[3] = {project(&v[0]), project(&v[1]), project(&v[2])};
         for (int c = 0; c < 3; c++) add_edge(w, &p, &v[c], &v[(c + 1) % 3], &q[c], &q[(c + 1) % 3]);
     }
-    draw_polygon(w, &p, m_bits(touched(w, &p.box, 0)) & lanes);
+    lanes &= m_bits(touched(w, &p.box, 0));
+    for (uint32_t r = 0; r < w->row_blocks && lanes; r++) {
+        const uint32_t here = lanes & in_row_block(&p.box, r);
+        for (uint32_t word = 0; word < w->words && here; word++) {
+            draw_block(w, &p, r * w->words + word, here);
+        }
+    }
     w->work += 3;
 }
 
@@ -183,16 +193,15 @@ static inline void settle_windings(walk *w) {
 static inline void push_edge(walk *w, const float ends[8], int32_t sum) {
     const place from = transform(w->g, ends), to = transform(w->g, ends + 4);
     const pixel a = project(&from), c = project(&to);
+    const bounds around = {f_min(a.x, c.x), f_max(a.x, c.x), f_min(a.y, c.y), f_max(a.y, c.y)};
+    const uint32_t lanes = m_bits(touched(w, &around, 1)) & w->open;
+    if (!lanes) return;
     for (int32_t left = sum > 0 ? sum : -sum; left > 0; left--) {
         batch *b = &w->batch;
         bounds box;
         const vm up = set_edge(&b->edges[b->count], &box, &from, &to, &a, &c, w->rows / 2);
-        const uint32_t lanes = m_bits(touched(w, &box, 1)) & w->open;
-        if (!lanes) return;
         for (uint32_t r = 0; r < w->row_blocks; r++) {
-            const vm here = m_and(f_le(box.y_low, f_set((float)(SS_BLOCK * (r + 1)))),
-                                  f_lt(f_set((float)(SS_BLOCK * r + 1)), box.y_high));
-            b->touched[r][b->count] = (uint16_t)(m_bits(here) & lanes);
+            b->touched[r][b->count] = (uint16_t)(in_row_block(&around, r) & lanes);
         }
         b->positive[b->count] = (uint16_t)(sum > 0 ? m_bits(up) : ~m_bits(up));
         if (++b->count == BATCH) draw_batch(w);
@@ -204,9 +213,11 @@ static inline void draw_list(walk *w, uint32_t side) {
     const ss_group *g = w->g;
     bool any = false;
     for (uint32_t i = 0; i < g->list_count; i++) {
-        const ss_list_edge *at = &g->list[i];
-        if ((at->key & 1) != side || at->sum == 0) continue;
-        push_edge(w, g->outline->ends[at->key >> 1], at->sum);
+        const uint64_t slot = g->slots[g->list[i]];
+        const int32_t sum = (int16_t)(uint16_t)slot;
+        const uint32_t key = (uint32_t)(slot >> 32);
+        if ((key & 1) != side || sum == 0) continue;
+        push_edge(w, g->outline->ends[key >> 1], sum);
         any = true;
     }
     if (!any) return;
@@ -230,29 +241,28 @@ static inline void flush(walk *w) {
     ss_group *g = w->g;
     for (uint32_t side = 0; side < 2 && g->list_count && w->open; side++) draw_list(w, side);
     g->list_count = w->uses = 0;
-    if (++g->stamp == 1u << (32 - SS_GROUP_LIST_BITS)) {
+    if (++g->stamp > UINT16_MAX) {
         memset(g->slots, 0, sizeof *g->slots * SS_GROUP_SLOTS);
         g->stamp = 1;
     }
     close_lanes(w);
 }
 
-/* Adds a use of an edge by a face of one side; where two faces of that side share it, it goes. */
+/* Adds a use of an edge by a face of one side; where two faces of that side share it, it goes. Whether
+ * the edge is listed already cannot be foretold, so nothing branches on it. */
 static inline void add_use(walk *w, uint32_t use, uint32_t side) {
     ss_group *g = w->g;
     const uint32_t key = (use & ~1u) | side;
-    const int32_t sum = use & 1 ? -1 : 1;
+    const uint64_t fresh = (uint64_t)key << 32 | (uint64_t)g->stamp << 16;
     for (uint32_t at = key * 0x9E3779B1u >> (32 - SS_GROUP_SLOT_BITS);; at = (at + 1) % SS_GROUP_SLOTS) {
-        ss_list_slot *slot = &g->slots[at];
-        if (slot->place >> SS_GROUP_LIST_BITS != g->stamp) {
-            *slot = (ss_list_slot){key, g->stamp << SS_GROUP_LIST_BITS | g->list_count};
-            g->list[g->list_count++] = (ss_list_edge){key, sum};
-            return;
-        }
-        if (slot->key == key) {
-            g->list[slot->place & (SS_GROUP_LIST - 1)].sum += sum;
-            return;
-        }
+        const uint64_t slot = g->slots[at];
+        const bool same = (slot ^ fresh) >> 16 == 0;
+        if (__builtin_expect(!same && (uint16_t)(slot >> 16) == g->stamp, 0)) continue;
+        const uint64_t sum = ((same ? slot : 0) + ((use & 1) ? 0xffff : 1)) & 0xffff;
+        g->slots[at] = fresh | sum;
+        g->list[g->list_count] = (uint16_t)at;
+        g->list_count += !same;
+        return;
     }
 }
 

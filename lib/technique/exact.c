@@ -165,15 +165,29 @@ static bool is_covered(const uint32_t *mask, uint32_t place) {
     return mask[place / 32] >> (place % 32) & 1;
 }
 
-/* What is below the horizon of a given normal is hidden: part of the light, all or none of it. */
-static void hide_below(const ss_lattice *samples, const ss_view *view, const double normal[3],
+/* What is below the horizon of a given normal is hidden: part of the light, all or none of it. In grid
+ * coordinates the height above the horizon is  base + along x + across y. */
+static void hide_below(const ss_lattice *lattice, const ss_view *view, const double normal[3],
                        uint32_t *mask) {
     const double height = ss_dot(normal, view->centre);
-    const double a = fabs(ss_dot(normal, view->a)), b = fabs(ss_dot(normal, view->b));
-    if (height > a + b) return;
-    for (uint32_t i = 0; i < samples->blocks * SS_BLOCK * 32; i++) {
-        if (!is_covered(mask, i) && ss_light_below(view, normal, samples->s[i], samples->t[i])) {
-            mask[i / 32] |= 1u << (i % 32);
+    const double a = ss_dot(normal, view->a), b = ss_dot(normal, view->b);
+    if (height > fabs(a) + fabs(b)) return;
+    const double(*g)[3] = lattice->grid;
+    const double det = g[0][0] * g[1][1] - g[0][1] * g[1][0];
+    const double along = (a * g[1][1] - b * g[1][0]) / det;
+    const double across = (b * g[0][0] - a * g[0][1]) / det;
+    const double base = height - along * g[0][2] - across * g[1][2];
+    for (uint32_t block = 0; block < lattice->blocks; block++) {
+        const double first = 32.0 * (block % lattice->words) + 1;
+        for (uint32_t i = 0; i < SS_BLOCK; i++) {
+            const double y = block / lattice->words * SS_BLOCK + i + 1;
+            const double left = base + across * y + along * first; /* height at column 0 */
+            /* Columns below: left + along c <= 0. */
+            const double edge = -left / along;
+            uint32_t below = left <= 0 ? ~0u : 0;
+            if (along > 0) below = edge < 0 ? 0 : edge >= 31 ? ~0u : ~(~0u << ((uint32_t)edge + 1));
+            if (along < 0) below = edge <= 0 ? ~0u : edge > 31 ? 0 : ~0u << (uint32_t)ceil(edge);
+            mask[block * SS_BLOCK + i] |= below;
         }
     }
 }
@@ -558,7 +572,7 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
                                        sizeof(uint32_t));
     const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
-    s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST, sizeof *s->group->list);
+    s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST + 1, sizeof *s->group->list);
     s->group->slots = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->slots);
     s->group->walk = ss_arena_alloc(arena, 1, SS_GROUP_WALK_BYTES);
     if (!s->group->covered || !s->group->planes || !s->group->list || !s->group->slots ||
