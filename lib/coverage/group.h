@@ -24,6 +24,8 @@
 #define SS_GROUP_PLANES (SS_GROUP_LIST_BITS + 1)
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
 
+#define SS_MARK_WIDE 2.5f /* no part of the light is farther from the sample that stands for it */
+
 typedef struct ss_group {
     _Alignas(64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
     float shift[3][SS_LANES];
@@ -53,6 +55,10 @@ typedef struct ss_group {
     uint64_t visible[SS_LANES];  /* weight of the samples seen by the others */
     uint32_t *listed;
     uint32_t listed_count, listed_room;
+
+    /* If not NULL, only lane 0 is asked, and two masks come out: the cells of the lattice that an edge
+     * passes through, and those from whose middle it is at most SS_MARK_WIDE cells away. */
+    uint32_t *marks; /* [tight, wide][blocks x 16] */
 
     /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; slots, zeroed once. */
     uint32_t *planes;

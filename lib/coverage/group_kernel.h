@@ -66,7 +66,7 @@ static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
         v[c].x = transform_row(g, 0, x[c][0], x[c][1], x[c][2]);
         v[c].y = transform_row(g, 1, x[c][0], x[c][1], x[c][2]);
     }
-    lanes &= ~m_bits(beside(w, v));
+    if (!g->marks) lanes &= ~m_bits(beside(w, v)); /* marks reach beyond the grid */
     if (!lanes) return;
     if (g->tested && g->tested[leaf->triangle[slot]]) {
         list_triangle(g, leaf->triangle[slot]);

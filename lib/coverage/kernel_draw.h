@@ -26,6 +26,47 @@ typedef struct walk {
     batch batch;
 } walk;
 
+/* ---- marking -----------------------------------------------------------------------------------*/
+
+/* The columns from a to b, both in grid coordinates, as bits of a word. */
+static inline uint32_t column_bits(float a, float b, uint32_t word) {
+    const float first = __builtin_ceilf(a) - 1 - 32 * (float)word, last = __builtin_floorf(b) - 1 - 32 * (float)word;
+    if (!(last >= 0) || !(first <= 31) || !(first <= last)) return 0;
+    const uint32_t from = first > 0 ? ~0u << (uint32_t)first : ~0u;
+    return last < 31 ? from & ~(~0u << ((uint32_t)last + 1)) : from;
+}
+
+/* Marks, for lane 0, the cells `reach` around the edge; SLACK is for rounding. */
+#define SLACK 0x1p-8f
+static inline void mark_cells(const walk *w, const edge *e, float x_low, float x_high, float reach,
+                              uint32_t *marks) {
+    const float low = e->low[0], high = e->high[0];
+    reach += SLACK;
+    for (uint32_t row = 0; row < w->row_blocks * SS_BLOCK; row++) {
+        const float y = (float)(row + 1);
+        const float from = y - reach > low ? y - reach : low, to = y + reach < high ? y + reach : high;
+        if (!(from <= to)) continue;
+        float a = e->x[0] + (from - e->pivot[0]) * e->slope[0];
+        float b = e->x[0] + (to - e->pivot[0]) * e->slope[0];
+        if (!(a >= x_low && a <= x_high)) a = e->slope[0] > 0 ? x_low : x_high;
+        if (!(b >= x_low && b <= x_high)) b = e->slope[0] > 0 ? x_high : x_low;
+        if (high - low < SLACK) a = x_low, b = x_high; /* level: all of it */
+        const float left = a < b ? a : b, right = a < b ? b : a;
+        for (uint32_t word = 0; word < w->words; word++) {
+            const uint32_t block = row / SS_BLOCK * w->words + word;
+            marks[block * SS_BLOCK + row % SS_BLOCK] |= column_bits(left - reach, right + reach, word);
+        }
+    }
+}
+
+static inline void mark_edge(const walk *w, const edge *e, const bounds *box) {
+    _Alignas(64) float x_low[SS_LANES], x_high[SS_LANES];
+    f_store(x_low, box->x_low);
+    f_store(x_high, box->x_high);
+    mark_cells(w, e, x_low[0], x_high[0], 0.5f, w->g->marks);
+    mark_cells(w, e, x_low[0], x_high[0], SS_MARK_WIDE, w->g->marks + w->blocks * SS_BLOCK);
+}
+
 /* ---- single triangles --------------------------------------------------------------------------*/
 
 typedef struct polygon {
@@ -37,7 +78,9 @@ typedef struct polygon {
 static inline void add_edge(const walk *w, polygon *p, const place *a, const place *b,
                             const pixel *pa, const pixel *pb) {
     bounds box;
-    set_edge(&p->edges[p->count++], &box, a, b, pa, pb, w->rows / 2);
+    set_edge(&p->edges[p->count], &box, a, b, pa, pb, w->rows / 2);
+    if (w->g->marks) mark_edge(w, &p->edges[p->count], &box);
+    p->count++;
     p->box.x_low = f_min(p->box.x_low, box.x_low), p->box.x_high = f_max(p->box.x_high, box.x_high);
     p->box.y_low = f_min(p->box.y_low, box.y_low), p->box.y_high = f_max(p->box.y_high, box.y_high);
 }
@@ -194,6 +237,12 @@ static inline void push_edge(walk *w, const float ends[8], int32_t sum) {
     const place from = transform(w->g, ends), to = transform(w->g, ends + 4);
     const pixel a = project(&from), c = project(&to);
     const bounds around = {f_min(a.x, c.x), f_max(a.x, c.x), f_min(a.y, c.y), f_max(a.y, c.y)};
+    if (w->g->marks) {
+        edge e;
+        bounds box;
+        set_edge(&e, &box, &from, &to, &a, &c, w->rows / 2);
+        mark_edge(w, &e, &box);
+    }
     const uint32_t lanes = m_bits(touched(w, &around, 1)) & w->open;
     if (!lanes) return;
     for (int32_t left = sum > 0 ? sum : -sum; left > 0; left--) {

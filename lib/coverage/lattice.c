@@ -116,39 +116,63 @@ static uint32_t nearest(const ss_lattice *samples, double x, double y) {
     return found;
 }
 
-static softshadow_status weigh(ss_lattice *samples, const ss_light *light, bool disk) {
-    const size_t places = (size_t)samples->blocks * SS_BLOCK * 32;
-    double *area = ss_alloc(places, sizeof *area);
-    if (!area) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for light samples");
-    const double cell = samples->grid[0][0] * samples->grid[0][0] +
-                        samples->grid[0][1] * samples->grid[0][1]; /* cells a unit of area */
+/* What each sample stands for, in whole cells, and with the profile. */
+static void measure(const ss_lattice *lattice, const ss_light *light, bool disk, double *area,
+                    double *content) {
+    const double cell = lattice->grid[0][0] * lattice->grid[0][0] +
+                        lattice->grid[0][1] * lattice->grid[0][1]; /* cells a unit of area */
     uint32_t fine = FINE;
-    while ((double)fine * fine < 256.0 * samples->count) fine *= 2;
+    while ((double)fine * fine < 256.0 * lattice->count) fine *= 2;
+    const double part = 4 * cell / ((double)fine * fine);
     for (uint32_t i = 0; i < fine * fine; i++) {
         const double s = (2 * (i % fine) + 1.0) / fine - 1, t = (2 * (i / fine) + 1.0) / fine - 1;
         if (!on_shape(disk, s, t)) continue;
-        const double (*g)[3] = (const double (*)[3])samples->grid;
-        const uint32_t at = nearest(samples, g[0][0] * s + g[0][1] * t + g[0][2],
+        const double (*g)[3] = (const double (*)[3])lattice->grid;
+        const uint32_t at = nearest(lattice, g[0][0] * s + g[0][1] * t + g[0][2],
                                     g[1][0] * s + g[1][1] * t + g[1][2]);
-        if (at != UINT32_MAX) area[at] += 4 * cell / ((double)fine * fine);
+        if (at == UINT32_MAX) continue;
+        area[at] += part;
+        content[at] += part * (light->profile_count ? ss_light_profile(light, hypot(s, t)) : 1);
     }
-    double most = 0;
-    for (size_t i = 0; i < places && light->profile_count; i++) {
-        most = fmax(most, ss_light_profile(light, hypot(samples->s[i], samples->t[i])));
+}
+
+/* Is everything around the sample's cell on the shape, too? Then it stands for just that cell. */
+static bool is_inner(const ss_lattice *lattice, uint32_t word, uint32_t bit) {
+    const int column = (int)(word / SS_BLOCK % lattice->words * 32 + bit);
+    const int row = (int)(word / SS_BLOCK / lattice->words * SS_BLOCK + word % SS_BLOCK);
+    for (int i = 0; i < 9; i++) {
+        if (!is_sample(lattice, column + i % 3 - 1, row + i / 3 - 1)) return false;
     }
+    return true;
+}
+
+static void set_weights(ss_lattice *lattice, const double *area, double *content, double most) {
+    const size_t places = (size_t)lattice->blocks * SS_BLOCK * 32;
+    const double unit = most > 0 ? CELL * PROFILE_UNIT / most : CELL;
+    double sum = 0, error = 0;
     for (size_t i = 0; i < places; i++) {
-        if (samples->outside[i / 32] >> (i % 32) & 1) continue;
-        double weight = CELL * fmin(area[i], 4);
-        if (fabs(area[i] - 1) < 0.06) weight = CELL; /* an inner cell, measured with noise */
-        if (light->profile_count && most > 0) {
-            weight *= PROFILE_UNIT / most *
-                      ss_light_profile(light, hypot(samples->s[i], samples->t[i]));
-        } else {
-            weight = fmax(weight, 1);
-        }
-        samples->weight[i] = (uint32_t)lrint(weight);
-        samples->total += samples->weight[i];
+        if (lattice->outside[i / 32] >> (i % 32) & 1) continue;
+        if (is_inner(lattice, (uint32_t)(i / 32), i % 32)) content[i] /= area[i]; /* measured with noise */
+        else lattice->rim[i / 32] |= 1u << (i % 32);
+        const double weight = unit * content[i];
+        lattice->weight[i] = (uint32_t)lrint(most > 0 ? weight : fmax(weight, 1));
+        lattice->total += lattice->weight[i];
+        sum += weight;
+        /* The fine grid measures a cell's area to a few of its own places along the rim. */
+        error += fabs(lattice->weight[i] - weight);
+        if (lattice->rim[i / 32] >> (i % 32) & 1) error += 0.025 * unit * (most > 0 ? most : 1);
     }
+    /* Half of what is too much here is too little there. */
+    lattice->weight_error = sum > 0 ? error / sum : 1;
+}
+
+static softshadow_status weigh(ss_lattice *lattice, const ss_light *light, bool disk) {
+    const size_t places = (size_t)lattice->blocks * SS_BLOCK * 32;
+    double *area = ss_alloc(2 * places, sizeof *area), most = 0;
+    if (!area) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for light samples");
+    measure(lattice, light, disk, area, area + places);
+    for (uint32_t i = 0; i < light->profile_count; i++) most = fmax(most, light->profile[i]);
+    set_weights(lattice, area, area + places, most);
     ss_free(area);
     return SOFTSHADOW_OK;
 }
@@ -182,11 +206,12 @@ softshadow_status ss_lattice_create(ss_lattice **out, const ss_light *light, uin
     samples->blocks = samples->words * samples->row_blocks;
     const size_t words = (size_t)samples->blocks * SS_BLOCK;
     samples->outside = ss_alloc(words, sizeof *samples->outside);
+    samples->rim = ss_alloc(words, sizeof *samples->rim);
     samples->weight = ss_alloc(words * 32, sizeof *samples->weight);
     samples->s = ss_alloc(words * 32, sizeof *samples->s);
     samples->t = ss_alloc(words * 32, sizeof *samples->t);
     softshadow_status status = SOFTSHADOW_E_MEMORY;
-    if (!samples->outside || !samples->weight || !samples->s || !samples->t) {
+    if (!samples->outside || !samples->rim || !samples->weight || !samples->s || !samples->t) {
         ss_fail(status, "out of memory for %u light samples", count);
     } else {
         place_samples(samples, disk, size, low, high);
@@ -201,6 +226,7 @@ softshadow_status ss_lattice_create(ss_lattice **out, const ss_light *light, uin
 void ss_lattice_destroy(ss_lattice *samples) {
     if (!samples) return;
     ss_free(samples->outside);
+    ss_free(samples->rim);
     ss_free(samples->weight);
     ss_free(samples->s);
     ss_free(samples->t);
@@ -210,7 +236,7 @@ void ss_lattice_destroy(ss_lattice *samples) {
 
 size_t ss_lattice_bytes(const ss_lattice *samples) {
     const size_t words = (size_t)samples->blocks * SS_BLOCK;
-    return sizeof *samples + words * 4 * (1 + 3 * 32 + samples->planes);
+    return sizeof *samples + words * 4 * (2 + 3 * 32 + samples->planes);
 }
 
 uint64_t ss_lattice_visible(const ss_lattice *samples, const uint32_t *covered) {

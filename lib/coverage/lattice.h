@@ -38,6 +38,8 @@ typedef struct ss_lattice {
     uint32_t *plane;     /* planes x mask: bit p of the weights */
     uint32_t planes;
     uint64_t total;      /* sum of weights */
+    uint32_t *rim;       /* a mask: samples that stand for more or less than their own cell */
+    double weight_error; /* how far a sum of weights can be from the share of the light it stands for */
 } ss_lattice;
 
 /* count is clipped to what is allowed. The profile, if the light has one, is part of the weights. */

@@ -39,6 +39,7 @@ typedef struct scratch {
     ss_view *view;       /* per lane, axes in summing order */
     uint32_t *skip;
     uint16_t *skip_lanes;
+    uint32_t *marks; /* tight, wide: see ss_group */
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
@@ -440,6 +441,67 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     return SOFTSHADOW_OK;
 }
 
+/* ---- bounds -------------------------------------------------------------------------------------
+ *
+ * Where no edge of what was drawn passes through a sample's cell, the sample speaks for all of the cell.
+ * So the answer is off by at most the weight of the other cells. Points are drawn one by one for it:
+ * which edges cancel depends on the group, and a bound shall not. */
+
+/* Adds the cells that the horizon of a given normal passes. */
+static void mark_horizon(const ss_lattice *lattice, const ss_view *view, const double normal[3],
+                         uint32_t *tight, uint32_t *wide) {
+    const double(*g)[3] = lattice->grid;
+    const double a = ss_dot(normal, view->a), b = ss_dot(normal, view->b);
+    const double det = fabs(g[0][0] * g[1][1] - g[0][1] * g[1][0]);
+    const double cell = (fabs(a * g[1][1] - b * g[1][0]) + fabs(b * g[0][0] - a * g[0][1])) / det;
+    for (uint32_t i = 0; i < lattice->blocks * SS_BLOCK * 32; i++) {
+        double d[3];
+        direction(view, lattice->s[i], lattice->t[i], d);
+        const double height = fabs(ss_dot(normal, d));
+        tight[i / 32] |= (uint32_t)(height <= 0.51 * cell) << (i % 32);
+        wide[i / 32] |= (uint32_t)(height <= 1.01 * SS_MARK_WIDE * cell) << (i % 32);
+    }
+}
+
+/* What a sample counts, and into *change by how much that can be wrong for its cell. The middle of a cell
+ * is right for weights that change evenly, so inside it is a part of the second difference; at the rim
+ * the sample is not in the middle, and it is the first. */
+static double weight_of(const scratch *s, const double *normal, uint32_t place, double *change) {
+    const ss_lattice *lattice = s->state->samples;
+    const ss_light *light = &s->state->light;
+    const uint32_t weighting = s->stage->params->weighting;
+    *change = 0;
+    if (weighting == SOFTSHADOW_UNIFORM) return lattice->weight[place];
+    const double x = lattice->s[place], y = lattice->t[place];
+    const double here = ss_light_weight(light, s->view, weighting, normal, x, y);
+    const double(*g)[3] = lattice->grid;
+    const double det = g[0][0] * g[1][1] - g[0][1] * g[1][0];
+    for (int i = 0; i < 2; i++) {
+        const double ds = (i ? -g[0][1] : g[1][1]) / det, dt = (i ? g[0][0] : -g[1][0]) / det;
+        const double next = ss_light_weight(light, s->view, weighting, normal, x + ds, y + dt);
+        const double last = ss_light_weight(light, s->view, weighting, normal, x - ds, y - dt);
+        if (is_covered(lattice->rim, place)) *change += fmax(fabs(next - here), fabs(last - here));
+        else *change += fabs(next + last - 2 * here) / 4;
+    }
+    *change *= lattice->weight[place];
+    return here * lattice->weight[place];
+}
+
+static float sum_marks(const scratch *s, const double *normal) {
+    const ss_lattice *lattice = s->state->samples;
+    const uint32_t *tight = s->marks, *wide = s->marks + (size_t)lattice->blocks * SS_BLOCK;
+    double marked = 0, total = 0, changes = 0;
+    for (uint32_t i = 0; i < lattice->blocks * SS_BLOCK * 32; i++) {
+        if (is_covered(lattice->outside, i)) continue;
+        double change;
+        const double weight = weight_of(s, normal, i, &change);
+        total += weight, changes += change;
+        if (is_covered(tight, i) || (is_covered(lattice->rim, i) && is_covered(wide, i))) marked += weight + change;
+    }
+    if (!(total > 0)) return changes > 0 ? 1 : 0; /* nothing of the light counts: 0 by definition */
+    return (float)fmin(1, (marked + changes) / total + lattice->weight_error + 0x1p-20);
+}
+
 /* ---- settling -----------------------------------------------------------------------------------
  *
  * A block of points is lit when nothing is in its shaft but faces that its points lie on. */
@@ -535,17 +597,60 @@ static bool settles(scratch *s, const ss_point *points, size_t n) {
     return all_above(s, points, n);
 }
 
-/* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
-static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n, float *out) {
-    if (s->may_settle && settles(s, points, n)) {
-        for (size_t i = 0; i < n; i++) out[i] = 1;
+/* As answer_group(), but for one point, and only how wrong that can be. */
+static softshadow_status find_bound(scratch *s, const ss_point *point, float *out) {
+    const exact *e = s->state;
+    ss_group *g = s->group;
+    double turned[3], p[3];
+    ss_contact *contact = &s->contact[0];
+    const double *normal = normal_of(e, point, turned);
+    if (s->may_settle && settles(s, point, 1)) { /* as in any block that does */
+        *out = 0;
         return SOFTSHADOW_OK;
     }
-    if (n <= SS_LANES) return answer_group(s, points, (unsigned)n, out);
-    const size_t part = n > 128 ? 128 : n > 32 ? 32 : SS_LANES;
+    ss_contact_find(s->stage->bvh, s->stage->world, point, s->faces, contact);
+    turn(e->axis, contact->p, p);
+    ss_light_view(&e->light, p, s->view);
+    *out = e->light.point || s->view->inside ? 0 : 1;
+    g->skip_count = 0, g->lanes = 1;
+    if (e->light.point || s->view->inside || s->view->edge_on) return SOFTSHADOW_OK;
+    if (!ss_group_set_lane(g, 0, s->view, p) || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
+    skip_near(s, 0);
+    memset(s->marks, 0, 2 * (size_t)e->samples->blocks * SS_BLOCK * sizeof *s->marks);
+    g->marks = s->marks;
+    const softshadow_status status =
+        draw(s, (const double(*)[3])contact->p, 1, near_reach(s->stage->world, point));
+    g->marks = NULL;
+    if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
+    if (normal && !ss_light_above(s->stage->light, contact->p, point->normal)) {
+        mark_horizon(e->samples, s->view, normal, s->marks,
+                     s->marks + (size_t)e->samples->blocks * SS_BLOCK);
+    }
+    *out = sum_marks(s, normal);
+    return SOFTSHADOW_OK;
+}
+
+/* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
+static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n, float *out,
+                                    float *bound) {
+    if (s->may_settle && settles(s, points, n)) {
+        for (size_t i = 0; i < n; i++) {
+            out[i] = 1;
+            if (bound) bound[i] = 0;
+        }
+        return SOFTSHADOW_OK;
+    }
+    if (n <= SS_LANES) {
+        softshadow_status status = answer_group(s, points, (unsigned)n, out);
+        for (size_t i = 0; i < n && bound && !status; i++) {
+            status = find_bound(s, &points[i], &bound[i]);
+        }
+        return status;
+    }
+    const size_t part = n > 64 ? 64 : SS_LANES;
     for (size_t i = 0; i < n; i += part) {
         const size_t count = n - i < part ? n - i : part;
-        const softshadow_status status = answer_run(s, points + i, count, out + i);
+        const softshadow_status status = answer_run(s, points + i, count, out + i, bound ? bound + i : NULL);
         if (status) return status;
     }
     return SOFTSHADOW_OK;
@@ -572,10 +677,12 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
                                        sizeof(uint32_t));
     const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
+    s->marks = ss_arena_alloc(arena, 2 * (size_t)e->samples->blocks * SS_BLOCK, sizeof *s->marks);
     s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST + 1, sizeof *s->group->list);
     s->group->slots = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->slots);
     s->group->walk = ss_arena_alloc(arena, 1, SS_GROUP_WALK_BYTES);
-    if (!s->group->covered || !s->group->planes || !s->group->list || !s->group->slots ||
+    if (!s->group->covered || !s->group->planes || !s->marks ||
+        !s->group->list || !s->group->slots ||
         !s->group->walk) {
         return false;
     }
@@ -589,10 +696,9 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state, c
                                      ss_counts *counts) {
     scratch s;
     if (!prepare(&s, stage, state, arena)) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
-    const softshadow_status status = answer_run(&s, points, n, visibility);
+    const softshadow_status status = answer_run(&s, points, n, visibility, bound);
     if (status) return status;
     for (size_t i = 0; i < n; i++) {
-        if (bound) bound[i] = NAN;
         counts->lit += visibility[i] == 1;
         counts->umbra += visibility[i] == 0;
         counts->penumbra += visibility[i] > 0 && visibility[i] < 1;
@@ -606,7 +712,7 @@ const ss_technique ss_exact = {
     .cite = "ours",
     .notes = "all lights native; the same samples of the light for every point",
     .needs = SS_NEEDS_BVH | SS_NEEDS_EDGES | SS_NEEDS_COMPONENTS,
-    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .bound_kind = SOFTSHADOW_BOUND_CERTIFIED,
     .lights_native = 1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT |
                      1u << SOFTSHADOW_SUN,
     .weightings = 1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE |
