@@ -14,14 +14,14 @@
 #include "trace/shaft.h"
 
 #define SS_LANES 16
-/* An outline's edges are summed in slots found by hashing, at most 2^LIST_BITS uses at a time. A slot is
- * edge << 33 | side of the faces << 32 | stamp << 16 | sum, where an old stamp means free. Bit-planes
- * count to that many. */
-#define SS_GROUP_LIST_BITS 12
-#define SS_GROUP_LIST (1u << SS_GROUP_LIST_BITS)
-#define SS_GROUP_SLOT_BITS 13
+/* An outline's edges are summed in slots found by hashing: few enough for the first-level cache, and
+ * never more than this many in use. Bit-planes count to SS_GROUP_USES. */
+#define SS_GROUP_SLOT_BITS 12
 #define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
-#define SS_GROUP_PLANES (SS_GROUP_LIST_BITS + 1)
+#define SS_GROUP_LIST 3072
+#define SS_GROUP_PLANES 13
+#define SS_GROUP_USES ((1u << SS_GROUP_PLANES) - 1)
+#define SS_NO_KEY UINT32_MAX
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
 
 #define SS_MARK_WIDE 2.5f /* no part of the light is farther from the sample that stands for it */
@@ -60,12 +60,13 @@ typedef struct ss_group {
      * passes through, and those from whose middle it is at most SS_MARK_WIDE cells away. */
     uint32_t *marks; /* [tight, wide][blocks x 16] */
 
-    /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; slots, zeroed once. */
-    uint32_t *planes;
-    uint64_t *slots;
-    uint16_t *list; /* the slots in use; one more than SS_GROUP_LIST */
+    /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; the slots' keys, edge
+     * << 1 | side of the faces, all SS_NO_KEY between calls; their sums; the slots in use, and one. */
+    uint32_t *planes, *keys;
+    int16_t *sums;
+    uint16_t *list;
     void *walk; /* SS_GROUP_WALK_BYTES */
-    uint32_t list_count, stamp;
+    uint32_t list_count;
 } ss_group;
 
 typedef struct ss_group_kernel {

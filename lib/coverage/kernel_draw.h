@@ -262,9 +262,8 @@ static inline void draw_list(walk *w, uint32_t side) {
     const ss_group *g = w->g;
     bool any = false;
     for (uint32_t i = 0; i < g->list_count; i++) {
-        const uint64_t slot = g->slots[g->list[i]];
-        const int32_t sum = (int16_t)(uint16_t)slot;
-        const uint32_t key = (uint32_t)(slot >> 32);
+        const uint32_t key = g->keys[g->list[i]];
+        const int32_t sum = g->sums[g->list[i]];
         if ((key & 1) != side || sum == 0) continue;
         push_edge(w, g->outline->ends[key >> 1], sum);
         any = true;
@@ -289,11 +288,8 @@ static inline void close_lanes(walk *w) {
 static inline void flush(walk *w) {
     ss_group *g = w->g;
     for (uint32_t side = 0; side < 2 && g->list_count && w->open; side++) draw_list(w, side);
+    for (uint32_t i = 0; i < g->list_count; i++) g->keys[g->list[i]] = SS_NO_KEY;
     g->list_count = w->uses = 0;
-    if (++g->stamp > UINT16_MAX) {
-        memset(g->slots, 0, sizeof *g->slots * SS_GROUP_SLOTS);
-        g->stamp = 1;
-    }
     close_lanes(w);
 }
 
@@ -302,13 +298,12 @@ static inline void flush(walk *w) {
 static inline void add_use(walk *w, uint32_t use, uint32_t side) {
     ss_group *g = w->g;
     const uint32_t key = (use & ~1u) | side;
-    const uint64_t fresh = (uint64_t)key << 32 | (uint64_t)g->stamp << 16;
     for (uint32_t at = key * 0x9E3779B1u >> (32 - SS_GROUP_SLOT_BITS);; at = (at + 1) % SS_GROUP_SLOTS) {
-        const uint64_t slot = g->slots[at];
-        const bool same = (slot ^ fresh) >> 16 == 0;
-        if (__builtin_expect(!same && (uint16_t)(slot >> 16) == g->stamp, 0)) continue;
-        const uint64_t sum = ((same ? slot : 0) + ((use & 1) ? 0xffff : 1)) & 0xffff;
-        g->slots[at] = fresh | sum;
+        const uint32_t found = g->keys[at];
+        const bool same = found == key;
+        if (__builtin_expect(!same && found != SS_NO_KEY, 0)) continue;
+        g->keys[at] = key;
+        g->sums[at] = (int16_t)((same ? g->sums[at] : 0) + (use & 1 ? -1 : 1));
         g->list[g->list_count] = (uint16_t)at;
         g->list_count += !same;
         return;
@@ -317,7 +312,7 @@ static inline void add_use(walk *w, uint32_t use, uint32_t side) {
 
 /* Room for that many more uses, drawing what is listed if there is not. */
 static inline void reserve(walk *w, uint32_t uses) {
-    if (w->uses + uses > SS_GROUP_LIST) flush(w);
+    if (w->g->list_count + uses > SS_GROUP_LIST || w->uses + uses > SS_GROUP_USES) flush(w);
     w->uses += uses;
 }
 

