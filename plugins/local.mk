@@ -1,1 +1,3 @@
-# filled by this folder
+# Each adapts one host to the public header; none reaches into the library.
+EXTRA_DIST += %D%/README.md
+include %D%/python/local.mk
