@@ -6,3 +6,4 @@ include %D%/abi/local.mk
 include %D%/bench/local.mk
 include %D%/cli/local.mk
 include %D%/install/local.mk
+include %D%/plugins/local.mk

@@ -1,0 +1,1 @@
+include %D%/python/local.mk
