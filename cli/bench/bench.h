@@ -6,7 +6,7 @@
 #include "peer.h"
 #include "scenes.h"
 
-enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9 };
+enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9, BENCH_METHODS = 32 };
 
 typedef struct bench_options {
     double tolerances[BENCH_TOLERANCES];
@@ -17,6 +17,7 @@ typedef struct bench_options {
     uint32_t truth_points; /* of those asked, that the truth is known for */
     uint32_t truth_samples;
     bool peer, primitives, automatic;
+    bool methods; /* every other method, too, with its defaults */
 } bench_options;
 
 /* One way to ask, measured. Errors are root mean squares against the truth. */
@@ -52,7 +53,8 @@ typedef struct bench_result {
     double penumbra, lit; /* shares of the truth's points */
     double truth_error;   /* of the truth itself, from its two halves, over penumbrae */
     bench_way ours[BENCH_COUNTS], fixed[BENCH_COUNTS], rim[BENCH_COUNTS];
-    uint32_t ours_count, fixed_count, rim_count;
+    bench_way methods[BENCH_METHODS];
+    uint32_t ours_count, fixed_count, rim_count, method_count;
     peer_style style;     /* flag and order that were faster */
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build;       /* seconds, the first time */

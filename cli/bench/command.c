@@ -257,6 +257,8 @@ int cli_bench(int argc, char **argv) {
     const cli_option own[] = {
         {.name = "peer", .kind = CLI_FLAG, .into = &o->peer,
          .help = "run Embree on the same points in turns, and print ratios of time"},
+        {.name = "methods", .kind = CLI_FLAG, .into = &o->methods,
+         .help = "time every other method, too, with its defaults"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,

@@ -229,6 +229,33 @@ static bool all_turns(contest *c) {
     return true;
 }
 
+/* The others, with their defaults: what their error is depends on the scene, not on a count. A method
+ * that cannot do this light is left out. */
+static bool other_methods(contest *c) {
+    bench_result *r = c->result;
+    uint32_t count = 0;
+    softshadow_method_count(&count);
+    for (uint32_t i = 0; i < count && r->method_count < BENCH_METHODS; i++) {
+        softshadow_method method = SOFTSHADOW_METHOD_INIT;
+        softshadow_build wanted = SOFTSHADOW_BUILD_INIT;
+        const softshadow_points points = given_points(c);
+        timings times = {.count = 0};
+        if (softshadow_method_info(i, &method) != SOFTSHADOW_OK) continue;
+        if (strcmp(method.name, "exact") == 0 || strcmp(method.name, "auto") == 0) continue;
+        wanted.method = method.name;
+        const softshadow_status status = softshadow_build_maps(c->handle, &wanted);
+        if (status == SOFTSHADOW_E_UNSUPPORTED) continue;
+        if (status != SOFTSHADOW_OK) return library_fails(c, method.name);
+        bench_way *way = &r->methods[r->method_count++];
+        snprintf(way->name, sizeof way->name, "%s", method.name);
+        for (; times.count < c->options->repeat; times.count++)
+            if (!ask(c, &points, &times.of[times.count])) return false;
+        judge_ours(c, way);
+        way->seconds = median(times.of, times.count);
+    }
+    return true;
+}
+
 /* ---- What follows from it -------------------------------------------------------------------*/
 
 /* Where the line through two ways has that error. */
@@ -369,6 +396,7 @@ bool bench_measure(const bench_cell *cell, const bench_options *options, bench_r
     *result = (bench_result){0};
     const bool fine = prepare(&c) && bench_truth_find(&c.truth, cell, options, error) &&
                       first_build(&c) && all_turns(&c) && measure_lit(&c) &&
+                      (!options->methods || other_methods(&c)) &&
                       (options->threads == 1 || measure_scaling(&c));
     if (fine) conclude(&c);
     bench_truth_free(&c.truth);

@@ -133,8 +133,14 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     print_ways("exact", result->ours, result->ours_count);
     print_ways("peer", result->fixed, result->fixed_count);
     print_ways("rim", result->rim, result->rim_count);
+    for (uint32_t i = 0; i < result->method_count; i++) {
+        const bench_way *way = &result->methods[i];
+        printf("  %-16s %9.1f  rms %.5f over penumbrae, %.5f over all, max %.4f\n", way->name,
+               1e9 * way->seconds, way->penumbra_rms, way->rms, way->max);
+    }
     printf("\n");
     fflush(stdout);
+    time_rows(r, cell, result->methods, result->method_count);
     time_rows(r, cell, result->ours, result->ours_count);
     time_rows(r, cell, result->fixed, result->fixed_count);
     time_rows(r, cell, result->rim, result->rim_count);

@@ -41,6 +41,16 @@ class Bench(Case):
         self.assertEqual(out.count("triangle: 1 triangles, object light"), 2)
         self.assertNotIn("ratio", out.split("\n\n", 1)[1])
 
+    def test_methods(self):
+        out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--methods",
+                                    *SMALL)).decode()
+        rms = {line.split()[0]: float(line.split()[3]) for line in out.splitlines()
+               if "over penumbrae" in line}
+        self.assertIn("raytrace", rms)
+        self.assertLess(rms["raytrace"], 1 / 32)
+        if "hard" in rms:  # no penumbra at all: a uniform one would be off by 1 / sqrt(12)
+            self.assertTrue(0.1 < rms["hard"] < 0.6, rms)
+
     def test_what_is_not_there(self):
         out = self.good(self.run_it("bench", "--scenes", "dragon-11k", "--models", self.folder,
                                     *SMALL)).decode()
