@@ -1,5 +1,5 @@
-/* The bench: the library and the peer side by side, as ratios of time at equal error. Inside cli/bench
- * only. */
+/* The bench: the library and the peer side by side, as ratios of time at equal error. Inside
+ * cli/bench only. */
 #ifndef CLI_BENCH_BENCH_H
 #define CLI_BENCH_BENCH_H
 
@@ -22,8 +22,8 @@ typedef struct bench_options {
 
 /* One way to ask, measured. Errors are root mean squares against the truth. */
 typedef struct bench_way {
-    char name[24];       /* "exact 512" */
-    double seconds;      /* a point */
+    char name[24];  /* "exact 512" */
+    double seconds; /* a point */
     double penumbra_rms, rms, max;
 } bench_way;
 
@@ -43,9 +43,9 @@ typedef enum bench_reached {
 } bench_reached;
 
 typedef struct bench_at {
-    double ours, peer;         /* seconds a point; NAN: far from reached */
+    double ours, peer; /* seconds a point; NAN: far from reached */
     bench_reached ours_is, peer_is;
-    double automatic;          /* likewise for the method "auto" asked for this tolerance */
+    double automatic; /* likewise for the method "auto" asked for this tolerance */
     bench_way automatic_way;
 } bench_at;
 
@@ -55,10 +55,10 @@ typedef struct bench_result {
     bench_way ours[BENCH_COUNTS], fixed[BENCH_COUNTS], rim[BENCH_COUNTS];
     bench_way methods[BENCH_METHODS];
     uint32_t ours_count, fixed_count, rim_count, method_count;
-    peer_style style;     /* flag and order that were faster */
+    peer_style style; /* flag and order that were faster */
     bench_at at[BENCH_TOLERANCES];
-    double ours_build, peer_build;       /* seconds, the first time */
-    double ours_lit, peer_lit;           /* seconds a point that is wholly lit */
+    double ours_build, peer_build; /* seconds, the first time */
+    double ours_lit, peer_lit;     /* seconds a point that is wholly lit */
     double settled; /* share of points that the library answers for whole groups at once */
     double scaling; /* of options->threads over one, in wall time; 0: not measured */
     bool brute;     /* the truth's kind */

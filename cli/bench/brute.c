@@ -1,6 +1,6 @@
-/* A triangle hides the samples (s, t) of the light where four linear functions are positive: one for
- * each edge as the point sees it, one for what lies before the light's surface. Blocks of samples that
- * lie together are left out where one of the four is negative on their whole box. */
+/* A triangle hides the samples (s, t) of the light where four linear functions are positive: one
+ * for each edge as the point sees it, one for what lies before the light's surface. Blocks of
+ * samples that lie together are left out where one of the four is negative on their whole box. */
 #include "brute.h"
 
 #include <math.h>
@@ -13,10 +13,10 @@ struct brute {
     const peer_mesh *mesh;
     const softshadow_light *light;
     uint32_t count, blocks;
-    double *s, *t;     /* count: as the light has them, block after block along a curve */
-    double *u, *v;     /* count: shifted for the point at hand (a rectangle) */
-    double *box;       /* blocks x 4: middle s, t; half s, t */
-    double *hidden;    /* count: positive where something is before the sample */
+    double *s, *t;  /* count: as the light has them, block after block along a curve */
+    double *u, *v;  /* count: shifted for the point at hand (a rectangle) */
+    double *box;    /* blocks x 4: middle s, t; half s, t */
+    double *hidden; /* count: positive where something is before the sample */
 };
 
 typedef struct place {
@@ -25,15 +25,15 @@ typedef struct place {
 } place;
 
 static int by_key(const void *a, const void *b) {
-    const uint64_t x = ((const place *) a)->key, y = ((const place *) b)->key;
+    const uint64_t x = ((const place *)a)->key, y = ((const place *)b)->key;
     return (x > y) - (x < y);
 }
 
 static uint64_t interleave(double s, double t) {
-    const uint32_t x = (uint32_t) (s * 65535), y = (uint32_t) (t * 65535);
+    const uint32_t x = (uint32_t)(s * 65535), y = (uint32_t)(t * 65535);
     uint64_t key = 0;
     for (int bit = 0; bit < 16; bit++)
-        key |= (uint64_t) (x >> bit & 1) << (2 * bit) | (uint64_t) (y >> bit & 1) << (2 * bit + 1);
+        key |= (uint64_t)(x >> bit & 1) << (2 * bit) | (uint64_t)(y >> bit & 1) << (2 * bit + 1);
     return key;
 }
 
@@ -42,7 +42,8 @@ static bool fill(brute *b) {
     place *all = malloc(b->count * sizeof *all);
     if (!all) return false;
     for (uint32_t i = 0; i < b->count; i++) {
-        const double u = fmod(0.5 + i * 0.75487766624669276, 1), v = fmod(i * 0.56984029099805327, 1);
+        const double u = fmod(0.5 + i * 0.75487766624669276, 1),
+                     v = fmod(i * 0.56984029099805327, 1);
         const double r = sqrt(u), turn = 6.28318530717958647693 * v;
         const bool disk = b->light->type != SOFTSHADOW_RECT;
         all[i].s = disk ? r * cos(turn) : 2 * u - 1, all[i].t = disk ? r * sin(turn) : 2 * v - 1;
@@ -62,8 +63,8 @@ static void bound(const brute *b, const double *s, const double *t) {
             low[1] = fmin(low[1], t[i]), high[1] = fmax(high[1], t[i]);
         }
         for (int a = 0; a < 2; a++) {
-            b->box[4 * k + (uint32_t) a] = (low[a] + high[a]) / 2;
-            b->box[4 * k + 2 + (uint32_t) a] = (high[a] - low[a]) / 2 + 1e-12;
+            b->box[4 * k + (uint32_t)a] = (low[a] + high[a]) / 2;
+            b->box[4 * k + 2 + (uint32_t)a] = (high[a] - low[a]) / 2 + 1e-12;
         }
     }
 }
@@ -153,8 +154,10 @@ static bool prepare(const peer_mesh *mesh, size_t triangle, const double p[3], c
     double v[3][3], n[3], e[3], g[3];
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < 3; k++)
-            v[c][k] = (double) mesh->positions[3 * (size_t) mesh->indices[3 * triangle + (size_t) c] +
-                                               (size_t) k] - p[k];
+            v[c][k] =
+                (double)mesh
+                    ->positions[3 * (size_t)mesh->indices[3 * triangle + (size_t)c] + (size_t)k] -
+                p[k];
     for (int k = 0; k < 3; k++) e[k] = v[1][k] - v[0][k], g[k] = v[2][k] - v[0][k];
     cross(e, g, n);
     const double volume = dot(v[0], n), sign = volume < 0 ? -1 : 1;
@@ -194,7 +197,7 @@ static void hide(brute *b, const double *s, const double *t, const linear f[4]) 
 }
 
 double brute_visible(brute *b, const float point[3], double turn) {
-    const double p[3] = {(double) point[0], (double) point[1], (double) point[2]};
+    const double p[3] = {(double)point[0], (double)point[1], (double)point[2]};
     const bool disk = b->light->type != SOFTSHADOW_RECT;
     const double *s = b->s, *t = b->t;
     outlook o;
@@ -220,5 +223,5 @@ double brute_visible(brute *b, const float point[3], double turn) {
     }
     uint32_t hidden = 0;
     for (uint32_t i = 0; i < b->count; i++) hidden += b->hidden[i] > 0;
-    return 1 - (double) hidden / b->count;
+    return 1 - (double)hidden / b->count;
 }

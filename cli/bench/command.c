@@ -49,7 +49,7 @@ static bool take_scene(request *r, const char *name, size_t length, cli_error *e
         return cli_fail(error, CLI_USAGE, "--scenes %s: is none; %s are allowed",
                         cli_show(&shown, name, length), bench_scene_names());
     if (r->scene_count == SCENES) return cli_fail(error, CLI_USAGE, "--scenes: too many");
-    r->scenes[r->scene_count++] = (size_t) found;
+    r->scenes[r->scene_count++] = (size_t)found;
     return true;
 }
 
@@ -77,7 +77,7 @@ static bool take_tolerance(request *r, const char *text, size_t length, cli_erro
 }
 
 static bool take_tolerances(void *into, const char *value, cli_error *error) {
-    ((request *) into)->options.tolerance_count = 0;
+    ((request *)into)->options.tolerance_count = 0;
     return take_list(into, value, take_tolerance, error);
 }
 
@@ -175,7 +175,7 @@ static bool one_scene(request *r, const bench_scene *scene, cli_error *error) {
             fine = bench_points_camera(&cell.points, scene, caster, side);
             peer_destroy(caster);
         } else {
-            const size_t count = side == 512 ? 250000 : (size_t) side * side;
+            const size_t count = side == 512 ? 250000 : (size_t)side * side;
             fine = bench_points_scattered(&cell.points, scene, count);
         }
         if (!fine) return cli_fail(error, CLI_FAILED, "%s: no points", scene->name);

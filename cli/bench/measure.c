@@ -14,8 +14,10 @@ enum { MOST_REPEATS = 32, CHUNK = 128 };
 
 static const uint32_t our_counts[] = {256, 512, 1024, 2048, 4096};
 static const uint32_t peer_counts[] = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
-enum { OURS = sizeof our_counts / sizeof *our_counts,
-       PEERS = sizeof peer_counts / sizeof *peer_counts };
+enum {
+    OURS = sizeof our_counts / sizeof *our_counts,
+    PEERS = sizeof peer_counts / sizeof *peer_counts
+};
 
 typedef struct contest {
     const bench_cell *cell;
@@ -84,13 +86,12 @@ static softshadow_points given_points(const contest *c) {
 static bool ask(contest *c, const softshadow_points *points, double *seconds) {
     const double start = now(c);
     const softshadow_status status = softshadow_query_visibility(c->handle, points, c->visibility);
-    *seconds = (now(c) - start) / (double) points->count;
+    *seconds = (now(c) - start) / (double)points->count;
     return status == SOFTSHADOW_OK || library_fails(c, "query");
 }
 
 static void judge_ours(contest *c, bench_way *way) {
-    for (size_t i = 0; i < c->truth.count; i++)
-        c->of_truth[i] = c->visibility[c->truth.index[i]];
+    for (size_t i = 0; i < c->truth.count; i++) c->of_truth[i] = c->visibility[c->truth.index[i]];
     bench_truth_judge(&c->truth, c->of_truth, way);
 }
 
@@ -99,8 +100,8 @@ static void judge_ours(contest *c, bench_way *way) {
 /* Every so-and-so-many-th stretch of the curve, so that a timing shoots what it should. */
 static size_t thin(const contest *c, float (*into)[3], uint32_t samples) {
     const size_t n = c->cell->points.count;
-    const double share = RAYS_A_TIMING / ((double) n * samples);
-    const size_t step = share >= 1 ? 1 : (size_t) (1 / share);
+    const double share = RAYS_A_TIMING / ((double)n * samples);
+    const size_t step = share >= 1 ? 1 : (size_t)(1 / share);
     size_t kept = 0;
     for (size_t from = 0; from < n; from += CHUNK) {
         const size_t to = from + CHUNK < n ? from + CHUNK : n;
@@ -119,8 +120,8 @@ static bool time_peer(contest *c, const peer_style *style, uint32_t samples_for_
     if (fine) {
         const size_t n = thin(c, some, samples_for_thinning);
         const double start = bench_clock();
-        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) some, n, c->visibility);
-        *seconds = (bench_clock() - start) / (double) n;
+        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])some, n, c->visibility);
+        *seconds = (bench_clock() - start) / (double)n;
     }
     free(some);
     peer_samples_free(samples);
@@ -130,7 +131,7 @@ static bool time_peer(contest *c, const peer_style *style, uint32_t samples_for_
 static bool judge_peer(contest *c, const peer_style *style, bench_way *way) {
     peer_samples *samples = peer_samples_create(&c->cell->light, style);
     if (!samples) return cli_fail(c->error, CLI_FAILED, "memory ran out");
-    peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) c->truth.at, c->truth.count,
+    peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])c->truth.at, c->truth.count,
                c->of_truth);
     bench_truth_judge(&c->truth, c->of_truth, way);
     peer_samples_free(samples);
@@ -229,8 +230,8 @@ static bool all_turns(contest *c) {
     return true;
 }
 
-/* The others, with their defaults: what their error is depends on the scene, not on a count. A method
- * that cannot do this light is left out. */
+/* The others, with their defaults: what their error is depends on the scene, not on a count. A
+ * method that cannot do this light is left out. */
 static bool other_methods(contest *c) {
     bench_result *r = c->result;
     uint32_t count = 0;
@@ -260,8 +261,8 @@ static bool other_methods(contest *c) {
 
 /* Where the line through two ways has that error. */
 static double along(const bench_way *a, const bench_way *b, double tolerance) {
-    const double part = log(a->penumbra_rms / tolerance) /
-                        log(a->penumbra_rms / fmax(b->penumbra_rms, 1e-9));
+    const double part =
+        log(a->penumbra_rms / tolerance) / log(a->penumbra_rms / fmax(b->penumbra_rms, 1e-9));
     return a->seconds * pow(b->seconds / a->seconds, part);
 }
 
@@ -300,8 +301,8 @@ static void conclude(contest *c) {
     }
     size_t lit = 0;
     for (size_t i = 0; i < c->truth.count; i++) lit += c->truth.value[i] >= 1;
-    r->lit = (double) lit / (double) c->truth.count;
-    r->penumbra = (double) c->truth.penumbrae / (double) c->truth.count;
+    r->lit = (double)lit / (double)c->truth.count;
+    r->penumbra = (double)c->truth.penumbrae / (double)c->truth.count;
     r->truth_error = c->truth.error, r->brute = c->truth.brute;
 }
 
@@ -313,7 +314,7 @@ static bool measure_lit(contest *c) {
     softshadow_stats stats = SOFTSHADOW_STATS_INIT;
     if (!build(c, "exact", 512, 0) || !ask(c, &points, &seconds)) return false;
     if (softshadow_get_stats(c->handle, &stats) != SOFTSHADOW_OK) return library_fails(c, "stats");
-    c->result->settled = (double) stats.points_settled / (double) fmax(1, (double) stats.points);
+    c->result->settled = (double)stats.points_settled / (double)fmax(1, (double)stats.points);
     float(*lit)[3] = malloc(n * sizeof *lit);
     if (!lit) return cli_fail(c->error, CLI_FAILED, "memory ran out");
     size_t count = 0;
@@ -326,7 +327,7 @@ static bool measure_lit(contest *c) {
     double ours[MOST_REPEATS], theirs[MOST_REPEATS];
     const uint32_t repeat = c->options->repeat;
     points.positions = lit, points.count = count, points.primitives = NULL;
-    uint32_t *order = bench_morton((const float(*)[3]) lit, count ? count : 1);
+    uint32_t *order = bench_morton((const float(*)[3])lit, count ? count : 1);
     float(*sorted)[3] = malloc((count + 1) * sizeof *sorted);
     if (!samples || !order || !sorted) fine = cli_fail(c->error, CLI_FAILED, "memory ran out");
     for (size_t i = 0; fine && i < count; i++) memcpy(sorted[i], lit[order[i]], sizeof *lit);
@@ -334,9 +335,9 @@ static bool measure_lit(contest *c) {
         fine = ask(c, &points, &ours[turn]);
         if (!c->options->peer) continue;
         const double start = bench_clock();
-        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3]) sorted, count,
+        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])sorted, count,
                    c->visibility);
-        theirs[turn] = (bench_clock() - start) / (double) count;
+        theirs[turn] = (bench_clock() - start) / (double)count;
     }
     if (fine && count) c->result->ours_lit = median(ours, repeat);
     if (fine && count && c->options->peer) c->result->peer_lit = median(theirs, repeat);
@@ -368,7 +369,7 @@ static bool measure_scaling(contest *c) {
 
 static bool prepare(contest *c) {
     const bench_points *points = &c->cell->points;
-    uint32_t *order = bench_morton((const float(*)[3]) points->at, points->count);
+    uint32_t *order = bench_morton((const float(*)[3])points->at, points->count);
     c->sorted = malloc(points->count * sizeof *c->sorted);
     c->visibility = malloc(points->count * sizeof *c->visibility);
     c->of_truth = malloc(points->count * sizeof *c->of_truth);
@@ -417,11 +418,13 @@ bool bench_calibrate(const bench_cell *cell, const bench_options *options, doubl
         bench_truth truth;
         trial.light.radius = *radius = (low + high) / 2;
         if (!bench_truth_find(&truth, &trial, options, error)) return false;
-        *share = (double) truth.penumbrae / (double) truth.count;
+        *share = (double)truth.penumbrae / (double)truth.count;
         bench_truth_free(&truth);
         if (fabs(*share - 0.25) < 0.002) break;
-        if (*share < 0.25) low = *radius;
-        else high = *radius;
+        if (*share < 0.25)
+            low = *radius;
+        else
+            high = *radius;
     }
     return true;
 }

@@ -1,5 +1,5 @@
-/* based on: [WWB14] Embree; [Vog79] the sunflower spiral; [DBC17] Duff et al., "Building an Orthonormal
- * Basis, Revisited". */
+/* based on: [WWB14] Embree; [Vog79] the sunflower spiral; [DBC17] Duff et al., "Building an
+ * Orthonormal Basis, Revisited". */
 #include "peer.h"
 
 #include <dlfcn.h>
@@ -12,14 +12,16 @@
 #include "clock.h"
 #include "config.h"
 
-#define TAU 6.28318530717958647693
+#define TAU    6.28318530717958647693
 #define PACKET 16
 
+/* clang-format off */
 #define EACH_FUNCTION(X) \
     X(NewDevice) X(ReleaseDevice) X(GetDeviceError) X(NewScene) X(ReleaseScene) X(SetSceneFlags) \
     X(SetSceneBuildQuality) X(CommitScene) X(AttachGeometry) X(NewGeometry) X(ReleaseGeometry) \
     X(SetGeometryBuildQuality) X(SetSharedGeometryBuffer) X(CommitGeometry) X(Occluded16) \
     X(Intersect1)
+/* clang-format on */
 
 /* Only the types of Embree's header are used, never its symbols. */
 typedef struct embree {
@@ -40,7 +42,7 @@ struct peer_samples {
     peer_style style;
     uint32_t padded; /* a multiple of PACKET */
     uint32_t seed;
-    float *x, *y;    /* in the unit disk or [-1, 1]^2, padded; aligned as packets are */
+    float *x, *y; /* in the unit disk or [-1, 1]^2, padded; aligned as packets are */
     _Alignas(64) float rim_x[PACKET], rim_y[PACKET];
 };
 
@@ -52,8 +54,8 @@ static bool load(cli_error *error) {
     if (!library)
         return cli_fail(error, CLI_FAILED, "Embree: %s; install the Debian package libembree3-3",
                         dlerror());
-#define X(name) \
-    *(void **) &rtc.name = dlsym(library, "rtc" #name); \
+#define X(name)                                                                                    \
+    *(void **)&rtc.name = dlsym(library, "rtc" #name);                                             \
     if (!rtc.name) return cli_fail(error, CLI_FAILED, "Embree: rtc" #name " is missing");
     EACH_FUNCTION(X)
 #undef X
@@ -111,13 +113,17 @@ uint32_t peer_first_hit(const peer *p, const double origin[3], const double dire
                         double *distance) {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    struct RTCRayHit ray = {.ray = {.org_x = (float) origin[0], .org_y = (float) origin[1],
-                                    .org_z = (float) origin[2], .dir_x = (float) direction[0],
-                                    .dir_y = (float) direction[1], .dir_z = (float) direction[2],
-                                    .tfar = INFINITY, .mask = UINT32_MAX},
+    struct RTCRayHit ray = {.ray = {.org_x = (float)origin[0],
+                                    .org_y = (float)origin[1],
+                                    .org_z = (float)origin[2],
+                                    .dir_x = (float)direction[0],
+                                    .dir_y = (float)direction[1],
+                                    .dir_z = (float)direction[2],
+                                    .tfar = INFINITY,
+                                    .mask = UINT32_MAX},
                             .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
     rtc.Intersect1(p->scene, &context, &ray);
-    *distance = (double) ray.ray.tfar;
+    *distance = (double)ray.ray.tfar;
     return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? UINT32_MAX : ray.hit.primID;
 }
 
@@ -137,7 +143,7 @@ static uint64_t spread(uint32_t bits) {
 }
 
 static int by_key(const void *a, const void *b) {
-    const uint64_t x = ((const sample *) a)->key, y = ((const sample *) b)->key;
+    const uint64_t x = ((const sample *)a)->key, y = ((const sample *)b)->key;
     return (x > y) - (x < y);
 }
 
@@ -145,21 +151,22 @@ static sample place(const peer_samples *s, bool disk, uint32_t i) {
     const double golden = 0.61803398874989484820, turns = fmod(i * golden, 1);
     sample at;
     if (s->style.truth) {
-        const double u = fmod(0.5 + i * 0.75487766624669276, 1), v = fmod(i * 0.56984029099805327, 1);
+        const double u = fmod(0.5 + i * 0.75487766624669276, 1),
+                     v = fmod(i * 0.56984029099805327, 1);
         const double radius = sqrt(u);
-        at.x = (float) (disk ? radius * cos(TAU * v) : 2 * u - 1);
-        at.y = (float) (disk ? radius * sin(TAU * v) : 2 * v - 1);
+        at.x = (float)(disk ? radius * cos(TAU * v) : 2 * u - 1);
+        at.y = (float)(disk ? radius * sin(TAU * v) : 2 * v - 1);
     } else if (disk) {
         const double radius = sqrt((i + 0.5) / s->style.samples);
-        at.x = (float) (radius * cos(TAU * turns)), at.y = (float) (radius * sin(TAU * turns));
+        at.x = (float)(radius * cos(TAU * turns)), at.y = (float)(radius * sin(TAU * turns));
     } else {
-        at.x = (float) (2 * (i + 0.5) / s->style.samples - 1), at.y = (float) (2 * turns - 1);
+        at.x = (float)(2 * (i + 0.5) / s->style.samples - 1), at.y = (float)(2 * turns - 1);
     }
     at.key = i;
     if (s->style.clustered) {
         const double scale = 32767.0;
-        at.key = spread((uint32_t) (((double) at.x + 1) * scale)) |
-                 spread((uint32_t) (((double) at.y + 1) * scale)) << 1;
+        at.key = spread((uint32_t)(((double)at.x + 1) * scale)) |
+                 spread((uint32_t)(((double)at.y + 1) * scale)) << 1;
     }
     return at;
 }
@@ -168,7 +175,7 @@ static void place_rim(peer_samples *s, bool disk) {
     for (int i = 0; i < PACKET; i++) {
         const double turn = TAU * i / PACKET, c = cos(turn), d = sin(turn);
         const double out = disk ? 1 : 1 / fmax(fabs(c), fabs(d));
-        s->rim_x[i] = (float) (out * c), s->rim_y[i] = (float) (out * d);
+        s->rim_x[i] = (float)(out * c), s->rim_y[i] = (float)(out * d);
     }
 }
 
@@ -242,21 +249,21 @@ typedef struct work {
 
 static void prepare(work *w) {
     const softshadow_light *light = w->light;
-    float size = (float) light->radius, normal[3];
+    float size = (float)light->radius, normal[3];
     for (int i = 0; i < TURNS; i++) {
-        w->cosine[i] = (float) cos(TAU * i / TURNS), w->sine[i] = (float) sin(TAU * i / TURNS);
+        w->cosine[i] = (float)cos(TAU * i / TURNS), w->sine[i] = (float)sin(TAU * i / TURNS);
     }
     w->fixed.end = 1;
     for (int k = 0; k < 3; k++) {
-        w->fixed.centre[k] = (float) light->position[k];
-        w->fixed.a[k] = (float) light->u[k], w->fixed.b[k] = (float) light->v[k];
+        w->fixed.centre[k] = (float)light->position[k];
+        w->fixed.a[k] = (float)light->u[k], w->fixed.b[k] = (float)light->v[k];
     }
     if (light->type == SOFTSHADOW_RECT || light->type == SOFTSHADOW_SPHERE) return;
     const double *d = light->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    for (int k = 0; k < 3; k++) normal[k] = (float) (d[k] / length);
+    for (int k = 0; k < 3; k++) normal[k] = (float)(d[k] / length);
     axes(normal, w->fixed.a, w->fixed.b);
     if (light->type == SOFTSHADOW_SUN) {
-        size = (float) tan(light->radius), w->fixed.end = INFINITY;
+        size = (float)tan(light->radius), w->fixed.end = INFINITY;
         for (int k = 0; k < 3; k++) w->fixed.centre[k] = -normal[k];
     }
     for (int k = 0; k < 3; k++) w->fixed.a[k] *= size, w->fixed.b[k] *= size;
@@ -269,7 +276,7 @@ static inline __attribute__((always_inline)) void see(const work *w, const float
     if (w->light->type == SOFTSHADOW_RECT) return;
     float size = 1;
     if (w->light->type == SOFTSHADOW_SPHERE) {
-        const float *c = v->centre, radius = (float) w->light->radius;
+        const float *c = v->centre, radius = (float)w->light->radius;
         const float square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2], part = 1 / sqrtf(square);
         const float to[3] = {c[0] * part, c[1] * part, c[2] * part};
         v->end = 1 - radius * radius / square;
@@ -292,30 +299,30 @@ typedef int32_t ints __attribute__((vector_size(64)));
 #define ALL_OF(x) ((floats){0} + (x))
 
 static inline __attribute__((always_inline)) void begin(packet *ray, const float p[3]) {
-    *(floats *) ray->org_x = ALL_OF(p[0]);
-    *(floats *) ray->org_y = ALL_OF(p[1]);
-    *(floats *) ray->org_z = ALL_OF(p[2]);
-    *(floats *) ray->tnear = *(floats *) ray->time = ALL_OF(0);
-    *(ints *) ray->mask = ~(ints){0};
-    *(ints *) ray->id = *(ints *) ray->flags = (ints){0};
+    *(floats *)ray->org_x = ALL_OF(p[0]);
+    *(floats *)ray->org_y = ALL_OF(p[1]);
+    *(floats *)ray->org_z = ALL_OF(p[2]);
+    *(floats *)ray->tnear = *(floats *)ray->time = ALL_OF(0);
+    *(ints *)ray->mask = ~(ints){0};
+    *(ints *)ray->id = *(ints *)ray->flags = (ints){0};
 }
 
 /* Adds one to each lane whose valid ray meets something. */
 static inline __attribute__((always_inline)) void shoot(const work *w, packet *ray, const view *v,
                                                         const float *x, const float *y,
                                                         const ints *valid, ints *hidden) {
-    const floats s = *(const floats *) x, t = *(const floats *) y;
-    *(floats *) ray->dir_x = ALL_OF(v->centre[0]) + s * ALL_OF(v->a[0]) + t * ALL_OF(v->b[0]);
-    *(floats *) ray->dir_y = ALL_OF(v->centre[1]) + s * ALL_OF(v->a[1]) + t * ALL_OF(v->b[1]);
-    *(floats *) ray->dir_z = ALL_OF(v->centre[2]) + s * ALL_OF(v->a[2]) + t * ALL_OF(v->b[2]);
-    *(floats *) ray->tfar = ALL_OF(v->end);
-    rtc.Occluded16((const int *) valid, w->scene, w->context, ray);
-    *hidden -= (*(floats *) ray->tfar < ALL_OF(0)) & *valid;
+    const floats s = *(const floats *)x, t = *(const floats *)y;
+    *(floats *)ray->dir_x = ALL_OF(v->centre[0]) + s * ALL_OF(v->a[0]) + t * ALL_OF(v->b[0]);
+    *(floats *)ray->dir_y = ALL_OF(v->centre[1]) + s * ALL_OF(v->a[1]) + t * ALL_OF(v->b[1]);
+    *(floats *)ray->dir_z = ALL_OF(v->centre[2]) + s * ALL_OF(v->a[2]) + t * ALL_OF(v->b[2]);
+    *(floats *)ray->tfar = ALL_OF(v->end);
+    rtc.Occluded16((const int *)valid, w->scene, w->context, ray);
+    *hidden -= (*(floats *)ray->tfar < ALL_OF(0)) & *valid;
 }
 
 static inline __attribute__((always_inline)) uint32_t sum_of(const ints *lanes) {
     uint32_t sum = 0;
-    for (int i = 0; i < PACKET; i++) sum += (uint32_t) (*lanes)[i];
+    for (int i = 0; i < PACKET; i++) sum += (uint32_t)(*lanes)[i];
     return sum;
 }
 
@@ -325,7 +332,7 @@ static inline __attribute__((always_inline)) void answer(const work *w, const fl
     const uint32_t last = s->padded - PACKET;
     _Alignas(64) packet ray;
     ints all = ~(ints){0}, tail;
-    for (int i = 0; i < PACKET; i++) tail[i] = last + (uint32_t) i < s->style.samples ? -1 : 0;
+    for (int i = 0; i < PACKET; i++) tail[i] = last + (uint32_t)i < s->style.samples ? -1 : 0;
     for (size_t q = 0; q < count; q++) {
         view v;
         see(w, points[q], &v);
@@ -343,7 +350,7 @@ static inline __attribute__((always_inline)) void answer(const work *w, const fl
         for (uint32_t i = 0; i < last; i += PACKET)
             shoot(w, &ray, &v, s->x + i, s->y + i, &all, &hidden);
         shoot(w, &ray, &v, s->x + last, s->y + last, &tail, &hidden);
-        visibility[q] = 1 - (float) sum_of(&hidden) / (float) s->style.samples;
+        visibility[q] = 1 - (float)sum_of(&hidden) / (float)s->style.samples;
     }
 }
 

@@ -1,7 +1,7 @@
-/* The peer: what an expert would write today with Embree 3, tuned as well as we could. sixteen light
- * samples of one point a packet (rtcOccluded16), points in Morton order, build quality HIGH, not
- * robust, denormals flushed; samples are a spiral turned for every point [Vog79], on a rectangle a
- * shifted lattice. Embree is loaded when the first peer is made, never linked. */
+/* The peer: what an expert would write today with Embree 3, tuned as well as we could: sixteen
+ * light samples of one point a packet (rtcOccluded16), points in Morton order, build quality HIGH,
+ * not robust, denormals flushed; samples are a spiral turned for every point [Vog79], on a
+ * rectangle a shifted lattice. Embree is loaded when the first peer is made, never linked. */
 #ifndef CLI_BENCH_PEER_H
 #define CLI_BENCH_PEER_H
 
@@ -34,10 +34,11 @@ typedef struct peer_style {
  * references. On an error *out is NULL. */
 bool peer_create(peer **out, const peer_mesh *mesh, bool robust, cli_error *error);
 void peer_destroy(peer *peer); /* NULL is fine */
-/* Seconds of this thread's processor time that making it took: device and loading apart. */
+/* Seconds of processor time that building took: device and loading apart. */
 double peer_build_seconds(const peer *peer);
 
-/* The nearest triangle that the ray meets, or UINT32_MAX; its distance in units of the direction. */
+/* The nearest triangle that the ray meets, or UINT32_MAX; its distance in units of the direction.
+ */
 uint32_t peer_first_hit(const peer *peer, const double origin[3], const double direction[3],
                         double *distance);
 

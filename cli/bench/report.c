@@ -1,5 +1,5 @@
-/* Tables of a bench. What is committed to a repository has ratios and errors only: a time is true on
- * one machine. */
+/* Tables of a bench. What is committed to a repository has ratios and errors only: a time is true
+ * on one machine. */
 #include "report.h"
 
 #include <math.h>
@@ -14,10 +14,11 @@ static const char *rung(void) {
 bool report_open(report *r, const bench_options *options, const char *ratios, const char *times,
                  cli_error *error) {
     *r = (report){.ratios_path = ratios, .times_path = times};
-    cli_text_printf(&r->ratios, "scene,triangles,light,points,cpu,penumbra,method,tolerance,ratio,"
-                                "ratio_is,penumbra_rms,rms,max,settled,lit_ratio,build_ratio,thread_ratio\n");
+    cli_text_printf(&r->ratios,
+                    "scene,triangles,light,points,cpu,penumbra,method,tolerance,ratio,"
+                    "ratio_is,penumbra_rms,rms,max,settled,lit_ratio,build_ratio,thread_ratio\n");
     cli_text_printf(&r->times, "scene,light,points,cpu,way,ns_a_point,penumbra_rms,rms,max\n");
-    (void) options;
+    (void)options;
     return !(r->ratios.failed || r->times.failed) || cli_fail(error, CLI_FAILED, "memory ran out");
 }
 
@@ -45,11 +46,12 @@ static void ratio_row(report *r, const bench_cell *cell, const bench_result *res
                       const bench_at *at, double tolerance, const char *method, double ours,
                       const bench_way *way) {
     const double ratio = isnan(ours) || isnan(at->peer) ? NAN : at->peer / ours;
-    cli_text_printf(&r->ratios, "%s,%zu,%s,%s,%s,%.3f,%s,1/%.0f,%.2f,%s,%.5f,%.5f,%.4f,%.3f,%.1f,%.2f,%.2f\n",
+    cli_text_printf(&r->ratios,
+                    "%s,%zu,%s,%s,%s,%.3f,%s,1/%.0f,%.2f,%s,%.5f,%.5f,%.4f,%.3f,%.1f,%.2f,%.2f\n",
                     cell->scene->name, cell->scene->mesh.triangle_count, cell->light_name,
                     cell->points_name, rung(), result->penumbra, method, 1 / tolerance, ratio,
-                    kind_of(at, ours), way->penumbra_rms, way->rms, way->max,
-                    result->settled, result->ours_lit > 0 ? result->peer_lit / result->ours_lit : NAN,
+                    kind_of(at, ours), way->penumbra_rms, way->rms, way->max, result->settled,
+                    result->ours_lit > 0 ? result->peer_lit / result->ours_lit : NAN,
                     result->peer_build > 0 ? result->ours_build / result->peer_build : NAN,
                     result->scaling > 0 ? result->scaling : NAN);
 }
@@ -65,7 +67,8 @@ static void print_head(report *r, const bench_options *o) {
     if (r->headed) return;
     r->headed = true;
     printf("Times are ns a point%s; errors over points in penumbra, against %u rays; points %s.\n"
-           "ratio = peer / ours at equal error; <: the peer's cheapest way is better than asked; ~: one of\n"
+           "ratio = peer / ours at equal error; <: the peer's cheapest way is better than asked; "
+           "~: one of\n"
            "them needs more than its largest count, by the line of its last two.\n\n",
            o->threads == 1 ? " (processor time, one thread)" : " (wall time)", o->truth_samples,
            o->primitives ? "on the surface, primitives told" : "just off the surface");
@@ -76,12 +79,12 @@ static void print_at(const bench_options *o, const bench_result *result, uint32_
     const double e = o->tolerances[i];
     const bench_way *ours = way_for(result->ours, result->ours_count, e);
     printf("  1/%-5.0f exact %9.1f", 1 / e, 1e9 * at->ours);
-    if (o->peer) printf("  peer %9.1f  ratio %c%7.2f", 1e9 * at->peer, mark_of(at), at->peer / at->ours);
+    if (o->peer)
+        printf("  peer %9.1f  ratio %c%7.2f", 1e9 * at->peer, mark_of(at), at->peer / at->ours);
     printf("  by %-10s rms %.5f max %.4f\n", ours->name, ours->penumbra_rms, ours->max);
     if (!o->automatic) return;
     printf("          auto  %9.1f", 1e9 * at->automatic);
-    if (o->peer) printf("                  ratio %c%7.2f", mark_of(at),
-                        at->peer / at->automatic);
+    if (o->peer) printf("                  ratio %c%7.2f", mark_of(at), at->peer / at->automatic);
     printf("  %-13s rms %.5f max %.4f%s\n", "", at->automatic_way.penumbra_rms,
            at->automatic_way.max, at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
 }
@@ -98,7 +101,7 @@ static double on_mesh(const bench_cell *cell) {
     size_t on = 0;
     for (size_t i = 0; i < cell->points.count; i++)
         on += cell->points.primitives[i] != SOFTSHADOW_NO_PRIMITIVE;
-    return (double) on / (double) cell->points.count;
+    return (double)on / (double)cell->points.count;
 }
 
 bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
@@ -107,8 +110,8 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     printf("%s: %zu triangles, %s light R = %.4f, %zu %s points (%.0f %% on it): "
            "%.1f %% penumbra, %.1f %% lit; truth +-%.5f%s\n",
            cell->scene->name, cell->scene->mesh.triangle_count, cell->light_name,
-           cell->light.radius, cell->points.count, cell->points_name, 100 * on_mesh(cell), 100 * result->penumbra,
-           100 * result->lit, result->truth_error,
+           cell->light.radius, cell->points.count, cell->points_name, 100 * on_mesh(cell),
+           100 * result->penumbra, 100 * result->lit, result->truth_error,
            result->brute ? " by brute force" : "");
     for (uint32_t i = 0; i < o->tolerance_count; i++) {
         const bench_at *at = &result->at[i];
@@ -123,12 +126,14 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     if (result->scaling > 0)
         printf("  %u threads are %.2f times as fast as one\n", o->threads, result->scaling);
     printf("  %.1f %% settled; lit point: %.2f ns", 100 * result->settled, 1e9 * result->ours_lit);
-    if (o->peer) printf(", rim-adaptive peer %.1f ns, ratio %.1f", 1e9 * result->peer_lit,
-                        result->peer_lit / result->ours_lit);
+    if (o->peer)
+        printf(", rim-adaptive peer %.1f ns, ratio %.1f", 1e9 * result->peer_lit,
+               result->peer_lit / result->ours_lit);
     printf("; first build %.1f ms", 1e3 * result->ours_build);
-    if (o->peer) printf(", Embree %.1f ms; peer is %s, %s", 1e3 * result->peer_build,
-                        result->style.coherent ? "coherent" : "incoherent",
-                        result->style.clustered ? "clusters" : "rings");
+    if (o->peer)
+        printf(", Embree %.1f ms; peer is %s, %s", 1e3 * result->peer_build,
+               result->style.coherent ? "coherent" : "incoherent",
+               result->style.clustered ? "clusters" : "rings");
     printf("\n");
     print_ways("exact", result->ours, result->ours_count);
     print_ways("peer", result->fixed, result->fixed_count);

@@ -1,4 +1,5 @@
-/* Scenes of tests/scenes_bench.c, and the models everybody knows: files that are not ours to ship. */
+/* Scenes of tests/scenes_bench.c, and the models everybody knows: files that are not ours to ship.
+ */
 #include "scenes.h"
 
 #include <math.h>
@@ -10,7 +11,8 @@
 #include "../mesh/mesh.h"
 
 /* Models are turned z up, scaled to radius 1 and set on the ground at the origin. */
-#define MODEL_CAMERA {{0.0, -2.2, 1.95}, {-0.2, -0.2, 0.4}, 36, 512, 512}
+#define MODEL_CAMERA                                                                               \
+    { {0.0, -2.2, 1.95}, {-0.2, -0.2, 0.4}, 36, 512, 512 }
 
 static const struct model {
     const char *name, *file;
@@ -44,7 +46,7 @@ const char *bench_scene_names(void) {
 
 int bench_scene_find(const char *name, size_t length) {
     for (size_t i = 0; i < bench_scene_count(); i++)
-        if (strlen(name_of(i)) == length && memcmp(name_of(i), name, length) == 0) return (int) i;
+        if (strlen(name_of(i)) == length && memcmp(name_of(i), name, length) == 0) return (int)i;
     return -1;
 }
 
@@ -56,7 +58,7 @@ static bool adopt(bench_scene *scene, scene_mesh *from, cli_error *error) {
     uint32_t *indices = malloc((3 * from->triangles + 1) * sizeof *indices);
     const bool fine = positions && indices;
     if (fine) {
-        for (size_t i = 0; i < 3 * from->vertices; i++) positions[i] = (float) from->xyz[i];
+        for (size_t i = 0; i < 3 * from->vertices; i++) positions[i] = (float)from->xyz[i];
         positions[3 * from->vertices] = 0;
         memcpy(indices, from->indices, 3 * from->triangles * sizeof *indices);
         scene->mesh = (peer_mesh){positions, indices, from->vertices, from->triangles};
@@ -71,12 +73,13 @@ static bool adopt(bench_scene *scene, scene_mesh *from, cli_error *error) {
 static bool append_file(scene_mesh *mesh, const char *path, cli_error *error) {
     cli_mesh file;
     if (!cli_mesh_read(path, &file, error)) return false;
-    const uint32_t base = (uint32_t) mesh->vertices;
+    const uint32_t base = (uint32_t)mesh->vertices;
     for (size_t i = 0; i < file.vertex_count; i++) {
         double v[3];
         for (int k = 0; k < 3; k++)
-            v[k] = file.position_type == SOFTSHADOW_F64 ? ((const double *) file.positions)[3 * i + k]
-                                                        : (double) ((const float *) file.positions)[3 * i + k];
+            v[k] = file.position_type == SOFTSHADOW_F64
+                       ? ((const double *)file.positions)[3 * i + k]
+                       : (double)((const float *)file.positions)[3 * i + k];
         scene_vertex(mesh, v[0], v[1], v[2]);
     }
     for (size_t i = 0; i < file.triangle_count; i++) {
@@ -126,8 +129,8 @@ static bool read_model(bench_scene *scene, const struct model *model, const char
     double low[3], high[3];
     scene_bounds(&mesh, low, high);
     const double s = 1 / scene->entry.radius, *c = scene->entry.centre;
-    scene_transform(&mesh, (const double[12]){s, 0, 0, -s * c[0], 0, s, 0, -s * c[1], 0, 0, s,
-                                              -s * low[2]});
+    scene_transform(
+        &mesh, (const double[12]){s, 0, 0, -s * c[0], 0, s, 0, -s * c[1], 0, 0, s, -s * low[2]});
     measure(&scene->entry, &mesh);
     const scene_camera camera = MODEL_CAMERA;
     scene->entry.name = model->name, scene->entry.medium = model->medium;
@@ -166,8 +169,8 @@ bool bench_scene_read(bench_scene *scene, char *const *paths, int count, cli_err
 }
 
 void bench_scene_free(bench_scene *scene) {
-    free((void *) (uintptr_t) scene->mesh.positions);
-    free((void *) (uintptr_t) scene->mesh.indices);
+    free((void *)(uintptr_t)scene->mesh.positions);
+    free((void *)(uintptr_t)scene->mesh.indices);
     *scene = (bench_scene){0};
 }
 
@@ -194,7 +197,7 @@ void bench_points_free(bench_points *points) {
 static void corners(const peer_mesh *mesh, size_t triangle, double out[3][3]) {
     for (int v = 0; v < 3; v++)
         for (int k = 0; k < 3; k++)
-            out[v][k] = (double) mesh->positions[3 * (size_t) mesh->indices[3 * triangle + v] + k];
+            out[v][k] = (double)mesh->positions[3 * (size_t)mesh->indices[3 * triangle + v] + k];
 }
 
 /* Twice the area; the normal is unit, or zero for a triangle that has no area. */
@@ -215,8 +218,8 @@ static void put(bench_points *points, size_t i, const double p[3], const double 
     double side = 1;
     if (towards && n[0] * towards[0] + n[1] * towards[1] + n[2] * towards[2] < 0) side = -1;
     for (int k = 0; k < 3; k++) {
-        points->surface[i][k] = (float) p[k];
-        points->at[i][k] = (float) (p[k] + side * lift * n[k]);
+        points->surface[i][k] = (float)p[k];
+        points->at[i][k] = (float)(p[k] + side * lift * n[k]);
     }
 }
 
@@ -227,7 +230,7 @@ bool bench_points_camera(bench_points *points, const bench_scene *scene, const p
     scene_camera camera = scene->entry.camera;
     camera.width = camera.height = side;
     const double lift = LIFT * scene->entry.radius;
-    if (!bench_points_reserve(points, (size_t) side * side)) return false;
+    if (!bench_points_reserve(points, (size_t)side * side)) return false;
     size_t n = 0;
     for (uint32_t i = 0; i < side * side; i++) {
         double d[3], p[3], normal[3], c[3][3], t;
@@ -249,8 +252,10 @@ static size_t pick(const double *sums, size_t count, double at) {
     size_t low = 0, high = count - 1;
     while (low < high) {
         const size_t middle = (low + high) / 2;
-        if (sums[middle] > at) high = middle;
-        else low = middle + 1;
+        if (sums[middle] > at)
+            high = middle;
+        else
+            low = middle + 1;
     }
     return low;
 }
@@ -310,7 +315,7 @@ static uint64_t spread(uint64_t x) {
 }
 
 static int by_key(const void *a, const void *b) {
-    const uint64_t x = ((const keyed *) a)->key, y = ((const keyed *) b)->key;
+    const uint64_t x = ((const keyed *)a)->key, y = ((const keyed *)b)->key;
     return (x > y) - (x < y);
 }
 
@@ -324,9 +329,9 @@ uint32_t *bench_morton(const float (*points)[3], size_t count) {
     const float side = fmaxf(fmaxf(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
     const float scale = side > 0 ? 2097151.0f / side : 0;
     for (size_t i = 0; all && order && i < count; i++) {
-        all[i] = (keyed){0, (uint32_t) i};
+        all[i] = (keyed){0, (uint32_t)i};
         for (int k = 0; k < 3; k++)
-            all[i].key |= spread((uint64_t) ((points[i][k] - low[k]) * scale)) << k;
+            all[i].key |= spread((uint64_t)((points[i][k] - low[k]) * scale)) << k;
     }
     if (all && order) {
         qsort(all, count, sizeof *all, by_key);

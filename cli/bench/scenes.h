@@ -27,8 +27,8 @@ bool bench_scene_make(bench_scene *scene, size_t index, const char *models, cli_
 bool bench_scene_read(bench_scene *scene, char *const *paths, int count, cli_error *error);
 void bench_scene_free(bench_scene *scene);
 
-/* Points just off the surface they lie on, as a renderer asks for them: nothing touches a point, so that
- * no side needs to be told what it lies on. primitives: what that was, and surface: where. */
+/* Points just off the surface they lie on, as a renderer asks for them: nothing touches a point, so
+ * that no side needs to be told what it lies on. primitives: what that was, and surface: where. */
 typedef struct bench_points {
     float (*at)[3];
     float (*surface)[3];

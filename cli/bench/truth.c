@@ -1,6 +1,6 @@
 /* What both sides are measured against: many samples of a sequence of its own (the lattice of the
- * plastic number [Rob18], turned at random for each point) through Embree's robust tests, or without Embree in double where
- * the triangles are few. */
+ * plastic number [Rob18], turned at random for each point) through Embree's robust tests, or
+ * without Embree in double where the triangles are few. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,8 +9,13 @@
 #include "brute.h"
 
 static bool reserve(bench_truth *truth, size_t count) {
-    *truth = (bench_truth){malloc(count * sizeof *truth->index), malloc(count * sizeof *truth->at),
-                           malloc(count * sizeof *truth->value), count, 0, 0, false};
+    *truth = (bench_truth){malloc(count * sizeof *truth->index),
+                           malloc(count * sizeof *truth->at),
+                           malloc(count * sizeof *truth->value),
+                           count,
+                           0,
+                           0,
+                           false};
     if (truth->index && truth->at && truth->value) return true;
     bench_truth_free(truth);
     return false;
@@ -24,14 +29,14 @@ void bench_truth_free(bench_truth *truth) {
 }
 
 static int by_number(const void *a, const void *b) {
-    const uint32_t x = *(const uint32_t *) a, y = *(const uint32_t *) b;
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
     return (x > y) - (x < y);
 }
 
 /* One of each stretch of the Morton order, at random. */
 static bool choose(bench_truth *truth, const bench_cell *cell) {
     const size_t n = cell->points.count;
-    uint32_t *order = bench_morton((const float(*)[3]) cell->points.at, n);
+    uint32_t *order = bench_morton((const float(*)[3])cell->points.at, n);
     uint64_t state = 99;
     if (!order) return false;
     for (size_t i = 0; i < truth->count; i++) {
@@ -54,7 +59,7 @@ static bool by_rays(bench_truth *truth, const bench_cell *cell, uint32_t samples
     bool fine = table || cli_fail(error, CLI_FAILED, "memory ran out");
     fine = fine && peer_create(&judge, &cell->scene->mesh, true, error);
     if (fine) {
-        const float(*at)[3] = (const float(*)[3]) truth->at;
+        const float(*at)[3] = (const float(*)[3])truth->at;
         peer_query(judge, &cell->light, table, at, truth->count, other);
         peer_samples_turn(table);
         peer_query(judge, &cell->light, table, at, truth->count, truth->value);
@@ -70,8 +75,8 @@ static bool by_force(bench_truth *truth, const bench_cell *cell, uint32_t sample
     if (!force) return cli_fail(error, CLI_FAILED, "memory ran out");
     uint64_t state = 7;
     for (size_t i = 0; i < truth->count; i++) {
-        other[i] = (float) brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
-        truth->value[i] = (float) brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
+        other[i] = (float)brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
+        truth->value[i] = (float)brute_visible(force, truth->at[i], scene_uniform(&state, 0, 1));
     }
     brute_destroy(force);
     return true;
@@ -92,13 +97,13 @@ bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_op
     const bool fine = (truth->brute ? by_force : by_rays)(truth, cell, half, other, error);
     double square = 0;
     for (size_t i = 0; fine && i < count; i++) {
-        const double apart = (double) other[i] - (double) truth->value[i];
+        const double apart = (double)other[i] - (double)truth->value[i];
         truth->value[i] = (other[i] + truth->value[i]) / 2;
         if (!(truth->value[i] > 0 && truth->value[i] < 1)) continue;
         truth->penumbrae++;
         square += apart * apart / 4;
     }
-    if (truth->penumbrae) truth->error = sqrt(square / (double) truth->penumbrae);
+    if (truth->penumbrae) truth->error = sqrt(square / (double)truth->penumbrae);
     free(other);
     if (!fine) bench_truth_free(truth);
     return fine;
@@ -107,12 +112,12 @@ bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_op
 void bench_truth_judge(const bench_truth *truth, const float *value, bench_way *way) {
     double all = 0, penumbra = 0, most = 0;
     for (size_t i = 0; i < truth->count; i++) {
-        const double off = fabs((double) value[i] - (double) truth->value[i]);
+        const double off = fabs((double)value[i] - (double)truth->value[i]);
         all += off * off;
         if (truth->value[i] > 0 && truth->value[i] < 1) penumbra += off * off;
         most = fmax(most, off);
     }
-    way->rms = sqrt(all / (double) truth->count);
-    way->penumbra_rms = truth->penumbrae ? sqrt(penumbra / (double) truth->penumbrae) : 0;
+    way->rms = sqrt(all / (double)truth->count);
+    way->penumbra_rms = truth->penumbrae ? sqrt(penumbra / (double)truth->penumbrae) : 0;
     way->max = most;
 }
