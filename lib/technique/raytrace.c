@@ -294,10 +294,34 @@ static double wilson(double v, double n) {
     return fmax(centre + half - v, v - (centre - half));
 }
 
+/* Where the light reaches highest above the horizon. */
+static void find_top(const eye *e, float *s, float *t) {
+    if (!e->normal) return;
+    const double a = ss_dot(e->normal, e->view.a), b = ss_dot(e->normal, e->view.b);
+    const double length = hypot(a, b);
+    if (!e->view.disk) *s = (float)((a > 0) - (a < 0)), *t = (float)((b > 0) - (b < 0));
+    else if (length > 0) *s = (float)(a / length), *t = (float)(b / length);
+}
+
+/* No sample has any weight: what counts, if anything does, is a sliver above the horizon that fell
+ * between them. A ray to its top answers; how far the truth is, nobody knows. */
+static double sliver(const eye *e, double *bound, ss_counts *counts) {
+    float s[PACKET] = {0}, t[PACKET] = {0};
+    const bool behind = e->stage->params->weighting == SOFTSHADOW_IRRADIANCE &&
+                        ss_dot(e->view.normal, e->view.centre) >= 0;
+    *bound = behind ? 0 : 1;
+    find_top(e, &s[0], &t[0]);
+    if (behind || !(ss_light_weight(e->stage->light, &e->view, e->stage->params->weighting,
+                                    e->normal, s[0], t[0]) > 0)) {
+        return 0;
+    }
+    return hidden(e, s, t, 1, counts) ? 0 : 1;
+}
+
 static double sampled(eye *e, double *bound, ss_counts *counts) {
     e->turn = ss_samples_turn(hash_of(e));
     const tally sum = sample_light(e, counts);
-    if (!(sum.weight > 0)) return *bound = 0, 0;
+    if (!(sum.weight > 0)) return sliver(e, bound, counts);
     const double seen = fmin(sum.seen / sum.weight, 1);
     *bound = wilson(seen, sum.weight * sum.weight / sum.squares);
     return seen;

@@ -408,7 +408,12 @@ static void special_places(void **unused) {
     assert_true(visibility == 1);
     light.direction[2] = 1;
     ask(&s, &light, 64, SOFTSHADOW_IRRADIANCE, &point, 1, &visibility, &bound);
-    assert_true(visibility == 0);
+    assert_true(visibility == 0 && bound == 0);
+    /* A sliver of a disk is above the horizon, less than samples can find: all of that is seen. */
+    light.direction[2] = -1;
+    point.normal[0] = 10.001f, point.normal[2] = -1;
+    ask(&s, &light, 64, SOFTSHADOW_IRRADIANCE, &point, 1, &visibility, &bound);
+    assert_true(visibility == 1 && bound > 0);
     /* From below the ground the sun above it is hidden, from above it is not. */
     softshadow_light sun = SOFTSHADOW_LIGHT_INIT;
     sun.type = SOFTSHADOW_SUN, sun.direction[2] = -1, sun.radius = 0.01;
