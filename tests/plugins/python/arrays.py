@@ -139,6 +139,28 @@ class Points(unittest.TestCase):
             scene.visibility(GROUND[:2], primitives=mixed[:2])
 
 
+    @unittest.skipUnless(package.WITH_NUMPY, "is of numpy")
+    def test_fields_of_one_record(self):
+        """All of a record's fields are read where they lie; the other fields are noise."""
+        made = numpy.zeros(len(GROUND), dtype=[("p", "f4", 3), ("noise", "f4"), ("n", "f4", 3)])
+        made["p"], made["noise"] = GROUND, 99
+        made["n"] = [(x - 1, 0, 1 + y) for x, y, _ in GROUND]
+        with lit_scene(softshadow, "raytrace") as scene:
+            wanted = bits(scene.visibility(GROUND, normals=made["n"].copy()))
+            self.assertNotEqual(wanted, bits(scene.visibility(GROUND)))
+            self.assertEqual(bits(scene.visibility(made["p"], normals=made["n"])), wanted)
+        corners = numpy.full((4, 8), 99, dtype=numpy.float32)
+        corners[:, 1:4], corners[:, 5:7] = SQUARE, [(0, 0), (1, 0), (1, 1), (0, 1)]
+        for borrow in (False, True):
+            with softshadow.Scene() as scene:
+                scene.add_mesh(corners[:, 1:4], FACES, uvs=corners[:, 5:7], borrow=borrow,
+                               opacity=numpy.array([[255, 0]], dtype=numpy.uint8))
+                scene.set_light(softshadow.Sphere((0, 0, 4), 0.01))
+                scene.build()
+                self.assertEqual(scene.mesh_info(0).bounds, (-.5, -.5, 1, .5, .5, 1))
+                self.assertEqual(list(scene.visibility([(-.3, 0, 0), (.3, 0, 0)])), [0, 1])
+
+
 class Indices(unittest.TestCase):
     def test_kinds(self):
         flat = [i for face in FACES for i in face]
