@@ -97,6 +97,15 @@ static void print_ways(const char *name, const bench_way *ways, uint32_t count) 
     printf("\n");
 }
 
+static bool save(const cli_text *text, const char *path, cli_error *error) {
+    cli_output output = {.fd = -1};
+    const bool fine = cli_output_open(&output, path, error) &&
+                      cli_output_write(&output, text->begin, text->length, error) &&
+                      cli_output_commit(&output, error);
+    cli_output_abandon(&output);
+    return fine;
+}
+
 static double on_mesh(const bench_cell *cell) {
     size_t on = 0;
     for (size_t i = 0; i < cell->points.count; i++)
@@ -149,23 +158,13 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     time_rows(r, cell, result->ours, result->ours_count);
     time_rows(r, cell, result->fixed, result->fixed_count);
     time_rows(r, cell, result->rim, result->rim_count);
-    return !(r->ratios.failed || r->times.failed) || cli_fail(error, CLI_FAILED, "memory ran out");
+    if (r->ratios.failed || r->times.failed) return cli_fail(error, CLI_FAILED, "memory ran out");
+    /* Whole files after each cell: a run of many minutes may be stopped. */
+    return (!r->ratios_path || save(&r->ratios, r->ratios_path, error)) &&
+           (!r->times_path || save(&r->times, r->times_path, error));
 }
 
-static bool save(const cli_text *text, const char *path, cli_error *error) {
-    cli_output output = {.fd = -1};
-    const bool fine = cli_output_open(&output, path, error) &&
-                      cli_output_write(&output, text->begin, text->length, error) &&
-                      cli_output_commit(&output, error);
-    cli_output_abandon(&output);
-    return fine;
-}
-
-bool report_close(report *r, bool write, cli_error *error) {
-    bool fine = true;
-    if (write && r->ratios_path) fine = save(&r->ratios, r->ratios_path, error);
-    if (write && fine && r->times_path) fine = save(&r->times, r->times_path, error);
+void report_close(report *r) {
     cli_text_free(&r->ratios);
     cli_text_free(&r->times);
-    return fine;
 }

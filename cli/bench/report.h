@@ -14,9 +14,9 @@ typedef struct report {
 
 bool report_open(report *report, const bench_options *options, const char *ratios,
                  const char *times, cli_error *error);
+/* Prints it and writes the files anew. */
 bool report_cell(report *report, const bench_cell *cell, const bench_options *options,
                  const bench_result *result, cli_error *error);
-/* Writes the files, or only frees them. */
-bool report_close(report *report, bool write, cli_error *error);
+void report_close(report *report);
 
 #endif
