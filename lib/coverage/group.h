@@ -14,9 +14,9 @@
 #include "trace/shaft.h"
 
 #define SS_LANES 16
-/* An outline's edges are summed in slots found by hashing: few enough for the first-level cache, and
- * never more than this many in use. Bit-planes count to SS_GROUP_USES. */
-#define SS_GROUP_SLOT_BITS 12
+/* An outline's edges are summed in slots found by hashing: few enough for the caches, and so few of them
+ * in use that they seldom collide. Bit-planes count to SS_GROUP_USES. */
+#define SS_GROUP_SLOT_BITS 13
 #define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
 #define SS_GROUP_LIST 3072
 #define SS_GROUP_PLANES 13

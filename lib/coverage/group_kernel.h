@@ -76,12 +76,19 @@ static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
     draw_triangle(w, v, lanes, (whole & lanes) != lanes);
 }
 
-static inline void leaf_uses(walk *w, const uint32_t uses[3][SS_BVH_WIDTH], unsigned slot,
+/* The edges of these slots' faces, all of one side. */
+static inline void leaf_uses(walk *w, const uint32_t uses[3][SS_BVH_WIDTH], uint32_t slots,
                              uint32_t side) {
-    reserve(w, 3);
-    for (int k = 0; k < 3; k++) {
-        if (uses[k][slot] != SS_NO_USE) add_use(w, uses[k][slot], side);
+    uint32_t list[3 * SS_BVH_WIDTH], n = 0;
+    for (; slots; slots &= slots - 1) {
+        const unsigned slot = (unsigned)__builtin_ctz(slots);
+        for (int k = 0; k < 3; k++) {
+            list[n] = uses[k][slot];
+            n += list[n] != SS_NO_USE;
+        }
     }
+    reserve(w, n);
+    add_uses(w->g, list, n, side);
 }
 
 /* merge: its faces share enough edges that a common outline pays. */
@@ -98,11 +105,9 @@ static inline void visit_leaf(walk *w, uint32_t index, bool merge) {
     uint32_t joint = 0;
     if (merge) joint = m_bits(m_and(m_or(s.front, s.back), between_planes(g, &b))) & rest;
     const uint32_t back = m_bits(s.back);
-    for (uint32_t m = rest; m; m &= m - 1) {
-        const unsigned slot = (unsigned)__builtin_ctz(m);
-        if (joint >> slot & 1) leaf_uses(w, g->outline->leaf_uses[index], slot, back >> slot & 1);
-        else single(w, leaf, slot);
-    }
+    if (joint & ~back) leaf_uses(w, g->outline->leaf_uses[index], joint & ~back, 0);
+    if (joint & back) leaf_uses(w, g->outline->leaf_uses[index], joint & back, 1);
+    for (uint32_t m = rest & ~joint; m; m &= m - 1) single(w, leaf, (unsigned)__builtin_ctz(m));
     if (w->work > OFTEN) close_lanes(w);
 }
 
@@ -112,7 +117,7 @@ static inline void whole_child(walk *w, const ss_outline_node *o, unsigned i, ui
         /* Boundaries longer than a list cancel in pieces only; that costs time, not truth. */
         const uint32_t left = o->count[i] - done, n = left < SS_GROUP_LIST ? left : SS_GROUP_LIST;
         reserve(w, n);
-        for (uint32_t j = 0; j < n; j++) add_use(w, uses[done + j], side);
+        add_uses(w->g, uses + done, n, side);
         done += n;
     }
 }

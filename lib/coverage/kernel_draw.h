@@ -262,6 +262,8 @@ static inline void draw_list(walk *w, uint32_t side) {
     const ss_group *g = w->g;
     bool any = false;
     for (uint32_t i = 0; i < g->list_count; i++) {
+        const uint32_t ahead = i + 8 < g->list_count ? i + 8 : i;
+        __builtin_prefetch(g->outline->ends[g->keys[g->list[ahead]] >> 1]);
         const uint32_t key = g->keys[g->list[i]];
         const int32_t sum = g->sums[g->list[i]];
         if ((key & 1) != side || sum == 0) continue;
@@ -293,21 +295,27 @@ static inline void flush(walk *w) {
     close_lanes(w);
 }
 
-/* Adds a use of an edge by a face of one side; where two faces of that side share it, it goes. Whether
- * the edge is listed already cannot be foretold, so nothing branches on it. */
-static inline void add_use(walk *w, uint32_t use, uint32_t side) {
-    ss_group *g = w->g;
-    const uint32_t key = (use & ~1u) | side;
-    for (uint32_t at = key * 0x9E3779B1u >> (32 - SS_GROUP_SLOT_BITS);; at = (at + 1) % SS_GROUP_SLOTS) {
-        const uint32_t found = g->keys[at];
-        const bool same = found == key;
-        if (__builtin_expect(!same && found != SS_NO_KEY, 0)) continue;
-        g->keys[at] = key;
-        g->sums[at] = (int16_t)((same ? g->sums[at] : 0) + (use & 1 ? -1 : 1));
-        g->list[g->list_count] = (uint16_t)at;
-        g->list_count += !same;
-        return;
+/* Adds uses of edges by faces of one side; where two faces of that side share an edge, it goes. Whether
+ * an edge is listed already cannot be foretold, so nothing branches on it. */
+static inline void add_uses(ss_group *g, const uint32_t *uses, uint32_t n, uint32_t side) {
+    uint32_t *const keys = g->keys;
+    int16_t *const sums = g->sums;
+    uint16_t *const list = g->list;
+    uint32_t count = g->list_count;
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t key = (uses[i] & ~1u) | side;
+        uint32_t at = key * 0x9E3779B1u >> (32 - SS_GROUP_SLOT_BITS), found = keys[at];
+        while (__builtin_expect(found != key && found != SS_NO_KEY, 0)) {
+            at = (at + 1) % SS_GROUP_SLOTS;
+            found = keys[at];
+        }
+        const bool fresh = found != key;
+        keys[at] = key;
+        sums[at] = (int16_t)((fresh ? 0 : sums[at]) + 1 - (int)(uses[i] & 1) * 2);
+        list[count] = (uint16_t)at;
+        count += fresh;
     }
+    g->list_count = count;
 }
 
 /* Room for that many more uses, drawing what is listed if there is not. */
