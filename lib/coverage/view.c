@@ -69,11 +69,24 @@ void ss_group_enclose_box(ss_group *g, const ss_light *light, const double low[3
     enclose_light(g, light, low, high);
 }
 
-void ss_group_enclose(ss_group *g, const ss_light *light, const double (*points)[3], size_t count) {
-    double low[3], high[3];
+void ss_group_enclose(ss_group *g, const ss_light *light, const double (*points)[3], size_t count,
+                      double low[3], double high[3]) {
     ss_shaft_around(&g->shaft, light, g->bvh->world->extent, points, count, low, high);
     enclose_points(g, low, high);
     enclose_light(g, light, low, high);
+}
+
+void ss_group_widen(ss_group *g, double by) {
+    if (!(by > 0)) return;
+    const float room = (float)(by * 1.001);
+    for (unsigned p = 0; p < g->shaft.planes; p++) {
+        g->shaft.limit[p] = nextafterf(g->shaft.limit[p] + room, INFINITY);
+    }
+    for (int k = 0; k < 3; k++) {
+        g->shaft.low[k] = nextafterf(g->shaft.low[k] - room, -INFINITY);
+        g->shaft.high[k] = nextafterf(g->shaft.high[k] + room, INFINITY);
+        g->half[k] = nextafterf(g->half[k] + room, INFINITY);
+    }
 }
 
 void ss_group_enclose_depths(ss_group *g, double reach) {

@@ -388,10 +388,10 @@ static double near_reach(const ss_world *world, const ss_point *point) {
     return SS_NEAR + 8 * (double)point->ulp * (size + 1) + 2 * SS_TOUCH;
 }
 
-/* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
-static softshadow_status draw(scratch *s, const double (*points)[3], size_t count, double reach) {
+/* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. The group is
+ * enclosed already. */
+static softshadow_status draw(scratch *s, double reach) {
     ss_group *g = s->group;
-    ss_group_enclose(g, s->stage->light, points, count);
     ss_group_enclose_depths(g, reach);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
@@ -401,12 +401,24 @@ static softshadow_status draw(scratch *s, const double (*points)[3], size_t coun
     }
 }
 
+static double distance(const double a[3], const double b[3]) {
+    double gap[3];
+    ss_sub(a, b, gap);
+    return ss_length(gap);
+}
+
+static void enclose_group(scratch *s, const ss_point *points, size_t n, double low[3],
+                          double high[3]) {
+    double at[SS_LANES][3];
+    for (size_t i = 0; i < n; i++) memcpy(at[i], points[i].p, sizeof at[i]);
+    ss_group_enclose(s->group, s->stage->light, (const double(*)[3])at, n, low, high);
+}
+
+/* The group is enclosed already, by its points as they were given. */
 static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    double at[SS_LANES][3];
-    size_t count = 0;
-    double reach = 0;
+    double reach = 0, moved = 0;
     g->lanes = g->skip_count = 0;
     for (unsigned lane = 0; lane < n; lane++) {
         double p[3];
@@ -424,11 +436,12 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
             g->lanes |= 1u << lane;
             skip_near(s, lane);
             reach = fmax(reach, near_reach(s->stage->world, &points[lane]));
-            memcpy(at[count++], contact->p, sizeof contact->p);
+            moved = fmax(moved, distance(contact->p, points[lane].p));
         }
     }
     if (!g->lanes) return SOFTSHADOW_OK;
-    const softshadow_status status = draw(s, (const double(*)[3])at, count, reach);
+    ss_group_widen(g, moved);
+    const softshadow_status status = draw(s, reach);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
@@ -574,17 +587,20 @@ static bool all_above(const scratch *s, const ss_point *points, size_t n) {
     return true;
 }
 
+/* Encloses the points, too; for a group that is what is drawn next. */
 static bool settles(scratch *s, const ss_point *points, size_t n) {
     ss_group *g = s->group;
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     floor_face face[SURVIVORS];
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n && n > SS_LANES; i++) {
         for (int k = 0; k < 3; k++) {
             low[k] = points[i].p[k] < low[k] ? points[i].p[k] : low[k];
             high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
         }
     }
-    ss_group_enclose_box(g, s->stage->light, low, high);
+    if (n > SS_LANES) ss_group_enclose_box(g, s->stage->light, low, high);
+    else enclose_group(s, points, n, low, high);
+    if (!s->may_settle) return false;
     g->listed = s->triangles, g->listed_room = SURVIVORS;
     s->state->kernel->survey(g);
     if (g->listed_count > SURVIVORS) return false;
@@ -604,7 +620,7 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
     double turned[3], p[3];
     ss_contact *contact = &s->contact[0];
     const double *normal = normal_of(e, point, turned);
-    if (s->may_settle && settles(s, point, 1)) { /* as in any block that does */
+    if (settles(s, point, 1)) { /* as in any block that does */
         *out = 0;
         return SOFTSHADOW_OK;
     }
@@ -618,8 +634,9 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
     skip_near(s, 0);
     memset(s->marks, 0, 2 * (size_t)e->samples->blocks * SS_BLOCK * sizeof *s->marks);
     g->marks = s->marks;
+    ss_group_widen(g, distance(contact->p, point->p));
     const softshadow_status status =
-        draw(s, (const double(*)[3])contact->p, 1, near_reach(s->stage->world, point));
+        draw(s, near_reach(s->stage->world, point));
     g->marks = NULL;
     if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
     if (normal && !ss_light_above(s->stage->light, contact->p, point->normal)) {
@@ -633,7 +650,7 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
 /* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
 static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n, float *out,
                                     float *bound) {
-    if (s->may_settle && settles(s, points, n)) {
+    if ((s->may_settle || n <= SS_LANES) && settles(s, points, n)) {
         for (size_t i = 0; i < n; i++) {
             out[i] = 1;
             if (bound) bound[i] = 0;

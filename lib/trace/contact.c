@@ -128,9 +128,10 @@ static void keep(candidate *list, uint32_t *count, const candidate *found) {
     list[i] = *found;
 }
 
-/* Faces so near that they could touch p or mislead floats, nearest first. *clear: see contact.h. */
+/* Faces so near that they could touch p or mislead floats, nearest first; p lies on `known`. *clear: see
+ * contact.h. */
 static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[3], double ulp,
-                       ss_contact_face *cache, candidate *list, double *clear) {
+                       uint32_t known, ss_contact_face *cache, candidate *list, double *clear) {
     uint32_t box[ROOM], count = 0;
     const double size = host_size(world, p), reach = longest_reach(world, ulp, size);
     double radius = SS_NEAR + reach;
@@ -145,7 +146,7 @@ static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[
         ss_contact_face own;
         candidate face = {.triangle = box[i]};
         const ss_contact_face *from = face_of(world, box[i], cache, &own);
-        face.distance = nearest_on_triangle(p, from, radius, face.place);
+        if (box[i] != known) face.distance = nearest_on_triangle(p, from, radius, face.place);
         if (face.distance > radius) continue;
         face.reach = reach_of(world, ulp, size, from->corner);
         kept++;
@@ -180,7 +181,8 @@ void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *p
         nearest_on_triangle(point->p, face_of(world, point->triangle, cache, &own), INFINITY,
                             contact->p);
     }
-    const uint32_t count = gather(bvh, world, contact->p, point->ulp, cache, list, &contact->clear);
+    const uint32_t count = gather(bvh, world, contact->p, point->ulp,
+                                  known ? point->triangle : SS_NO_TRIANGLE, cache, list, &contact->clear);
     if (!known && count > 0 && list[0].distance <= list[0].reach) {
         memcpy(contact->p, list[0].place, sizeof contact->p);
     }
