@@ -232,7 +232,10 @@ void ss_progress_destroy(ss_progress *progress) {
 softshadow_status ss_progress_add(ss_progress *progress, uint64_t done) {
     if (!progress) return SOFTSHADOW_OK;
     const uint64_t sum = atomic_fetch_add(&progress->done, done) + done;
-    if (!atomic_load(&progress->cancelled) && pthread_mutex_trylock(&progress->lock) == 0) {
+    /* A busy callback is passed over, but the end is always told. */
+    const bool whole = sum >= progress->total;
+    if (!atomic_load(&progress->cancelled) &&
+        (whole ? pthread_mutex_lock : pthread_mutex_trylock)(&progress->lock) == 0) {
         double share = (double)sum / (double)progress->total;
         if (share > 1) share = 1;
         if (share < progress->told) share = progress->told; /* never backwards */

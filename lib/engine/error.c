@@ -125,7 +125,7 @@ static softshadow_status summarize(const chosen *c, size_t n, softshadow_error *
     error->mean = count ? sum / (double)count : 0;
     error->reference_error = count ? sqrt(halves / (double)count) : 0;
     error->max = count ? size[count - 1] : 0;
-    error->p99 = count ? size[(size_t)(0.99 * (double)(count - 1))] : 0;
+    error->p99 = count ? size[(size_t)ceil(0.99 * (double)(count - 1))] : 0;
     ss_free(size);
     return SOFTSHADOW_OK;
 }
