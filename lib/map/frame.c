@@ -35,10 +35,10 @@ static double diagonal(const box *b) {
     return ss_length(d);
 }
 
-/* The radius that rate is made of. A rect is taken as the disk of its area; what is a disk only for
- * some directions is one for all. */
-static double radius_of(const ss_light *light) {
-    if (light->type != SOFTSHADOW_RECT) return light->radius;
+/* The radius that rate is made of. A rect is taken as the disk of its area, or as the one around it by
+ * those who look at all of it; what is a disk only for some directions is one for all. */
+static double radius_of(const ss_light *light, bool all) {
+    if (light->type != SOFTSHADOW_RECT || all) return light->radius;
     return sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI);
 }
 
@@ -47,6 +47,16 @@ static double radius_of(const ss_light *light) {
 static void set_axes(ss_frame *frame, const double z[3]) {
     memcpy(frame->z, z, sizeof frame->z);
     ss_basis(frame->z, frame->x, frame->y);
+}
+
+/* Along the sides of a rect, so that its shape stands straight in the map; unchanged if it has none. */
+static void sides_of(const ss_light *light, double x[3], double y[3]) {
+    double u[3], v[3];
+    memcpy(u, light->u, sizeof u);
+    memcpy(v, light->v, sizeof v);
+    if (!ss_normalize(u) || !ss_normalize(v)) return;
+    memcpy(x, u, sizeof u);
+    memcpy(y, v, sizeof v);
 }
 
 /* A perspective frame from the light's centre along z, its reference plane at that distance. */
@@ -244,6 +254,16 @@ static void cut_to(extent *e, const double low[2], const double high[2]) {
 
 static void cut_to_extent(extent *e, const extent *window) { cut_to(e, window->low, window->high); }
 
+/* How much longer than at the axis a sphere's penumbra is, at most, in the extent. */
+static double longest(const ss_frame *frame, const extent *e) {
+    double square = 1;
+    for (int k = 0; k < 2; k++) {
+        const double tangent = fmax(fabs(e->low[k]), fabs(e->high[k])) * frame->inverse;
+        square += tangent * tangent;
+    }
+    return sqrt(square);
+}
+
 /* Sets the frame's window; false: no point that is asked can be shadowed here. */
 static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, double opening,
                        ss_pool *pool) {
@@ -262,7 +282,8 @@ static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, d
     extent need = extent_of_casters(frame, fit->world, fit->bounded ? &region : NULL, pool);
     if (need.empty || need.low[2] > frame->far_h) return false;
     frame->near_h = need.low[2];
-    const double most = frame->rate * (frame->far_h - frame->near_h);
+    double most = frame->rate * (frame->far_h - frame->near_h);
+    if (fit->margin) most *= longest(frame, &need);
     widen(&need, most);
     cut_to_extent(&need, &region);
     if (need.empty) return false;
@@ -305,6 +326,7 @@ static bool aim(ss_frame *frame, const ss_light *light, const box *b, double rad
     const double distance = ss_dot(to, z);
     if (!(distance > 0)) return false;
     set_axes(frame, z);
+    if (light->type == SOFTSHADOW_RECT) sides_of(light, frame->x, frame->y);
     place(frame, light, distance, radius);
     return holds(frame, b);
 }
@@ -324,6 +346,7 @@ static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_p
     const bool flat = light->type != SOFTSHADOW_SPHERE && ss_dot(light->normal, light->normal) > 0;
     for (int k = 0; k < 3; k++) out->axes[2][k] = flat ? light->normal[k] : k == 2;
     ss_basis(out->axes[2], out->axes[0], out->axes[1]);
+    if (flat && light->type == SOFTSHADOW_RECT) sides_of(light, out->axes[0], out->axes[1]);
     for (int i = 0; i < SS_MAP_FACES; i++) {
         ss_frame *frame = &out->face[out->count];
         const int a = i / 2;
@@ -334,7 +357,8 @@ static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_p
         }
         place(frame, light, distance, out->radius);
         out->face_of[i] = -1;
-        if (!fit_window(frame, fit, casters, 1 + 4.0 / fit->resolution, pool)) continue;
+        const double opening = fit->margin ? WIDEST : 1 + 4.0 / fit->resolution;
+        if (!fit_window(frame, fit, casters, opening, pool)) continue;
         out->face_of[i] = (int8_t)out->count++;
     }
 }
@@ -355,7 +379,7 @@ static box relevant(const ss_fit *fit, const box *casters, double radius) {
 }
 
 softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool) {
-    *out = (ss_frames){.resolution = fit->resolution, .radius = radius_of(fit->light)};
+    *out = (ss_frames){.resolution = fit->resolution, .radius = radius_of(fit->light, fit->margin)};
     if (fit->world->triangle_count == 0) return SOFTSHADOW_OK;
     const box all = box_of_casters(fit->world), casters = relevant(fit, &all, out->radius);
     box b;

@@ -46,8 +46,8 @@ typedef struct ss_frames {
     double radius;                /* the light's, in the measure of rate */
 } ss_frames;
 
-/* What the fit goes by. Both boxes local; the map reaches `margin` penumbra widths beyond where points
- * are asked (filters look that far). */
+/* What the fit goes by. Both boxes local. With `margin` the map reaches a penumbra's width beyond where
+ * points are asked, for those who look at all that is before the light. */
 typedef struct ss_fit {
     const ss_world *world;
     const ss_light *light;
