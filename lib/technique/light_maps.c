@@ -36,7 +36,7 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
             .world = stage->world,
             .frame = frame,
             .resolution = maps->frames.resolution,
-            .slope_texels = bias > 0 ? 0 : wish->slope_texels,
+            .slope_texels = bias > 0 || wish->bare ? 0 : wish->slope_texels,
             .steepest = STEEPEST,
             .deepest = frame->far_h,
             .held = held,
@@ -44,7 +44,7 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
         float *plane = maps->depth + face * (maps->texels / maps->frames.count);
         const softshadow_status status = ss_raster_cpu.depth(&casters, plane, stage->pool);
         if (status) return status;
-        if (bias > 0) bias_depth(maps, face, bias);
+        if (bias > 0 && !wish->bare) bias_depth(maps, face, bias);
     }
     return SOFTSHADOW_OK;
 }

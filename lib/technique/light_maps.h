@@ -33,6 +33,7 @@ typedef struct ss_light_maps_wish {
     size_t state_size;    /* of the technique's state */
     double slope_texels;  /* how far from a texel's centre it is looked at, along each axis; half as
                              much again where the surface next to it may be steeper */
+    bool bare;            /* depths as they are: the technique has its own way against acne */
     bool margin;          /* does it look beyond the point's own place by penumbra widths? */
     ss_falloff_paper paper;
 } ss_light_maps_wish;

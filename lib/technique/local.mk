@@ -1,14 +1,18 @@
 # One file per algorithm, listed in registry.c.
 libsoftshadow_core_la_SOURCES += \
+  %D%/backprojection.c \
   %D%/exact.c %D%/exact.h \
   %D%/hard.c \
+  %D%/lamp.c %D%/lamp.h \
   %D%/light_maps.c %D%/light_maps.h \
   %D%/map_techniques.h \
   %D%/rim.c %D%/rim.h \
   %D%/pcf.c \
+  %D%/pcss.c \
   %D%/penumbra_limit.c \
   %D%/penumbra_map.c \
   %D%/raytrace.c %D%/raytrace.h \
   %D%/registry.c %D%/technique.h \
+  %D%/single_sample.c \
   %D%/smoothie.c
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md

@@ -6,8 +6,11 @@
 
 extern const ss_technique ss_hard;
 extern const ss_technique ss_pcf;
+extern const ss_technique ss_pcss;
+extern const ss_technique ss_single_sample;
 extern const ss_technique ss_penumbra_map;
 extern const ss_technique ss_smoothie;
+extern const ss_technique ss_backprojection;
 extern const ss_technique ss_penumbra_limit;
 
 #endif

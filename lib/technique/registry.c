@@ -11,8 +11,11 @@ const ss_technique *const ss_techniques[] = {
     &ss_raytrace,
     &ss_hard,
     &ss_pcf,
+    &ss_pcss,
+    &ss_single_sample,
     &ss_penumbra_map,
     &ss_smoothie,
+    &ss_backprojection,
     &ss_penumbra_limit,
 };
 const uint32_t ss_technique_count = sizeof ss_techniques / sizeof ss_techniques[0];

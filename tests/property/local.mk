@@ -34,9 +34,11 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps
+map_proofs = %D%/maps %D%/maps_area
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_LDADD = $(PROOF_LIBS)
+%C%_maps_area_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_area_LDADD = $(PROOF_LIBS)
 endif

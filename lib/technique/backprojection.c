@@ -1,0 +1,306 @@
+/* backprojection: the texels of a shadow map as small patches, projected back onto the light.
+ *
+ * based on: [BCS06], whole; its section 2 and layers=1 are [GBP06]. Layers by depth peeling (4.1),
+ * midpoints between them for the test and true depths for the area (4.2), the deepest layer first and
+ * the first contribution that is not zero (4.2, end), every step-th sample in its stead where there are
+ * too many (5). Differs, and why:
+ * - Depths are h of map/frame.h, in which equation 1 is an affine map of texels over h_p - h_v: see
+ *   lamp.h. A rect is clamped to as in the paper; disks clip the patch exactly.
+ * - A midpoint is at most a slope of CAP texels away ([BCS06] 3.2 and figure 5b ask for a limit), at
+ *   least one of 45 degrees: points are asked anywhere, also between two far layers.
+ * - The last layer has no midpoint: its bias is the slope of the layer itself over as many texels.
+ * - Surfaces nearer to each other than floats tell are one layer.
+ * - The search region is that of the nearest occluder in it, by a pyramid of least depths, as in
+ *   [GBP06], not that of the near plane; squares of it without occluders are skipped.
+ * - [GBP06]'s gap filling is what falloff=paper means with one layer; its gaps are filled towards the
+ *   left and lower neighbour when that occludes, too. */
+#include <math.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "technique/lamp.h"
+#include "technique/light_maps.h"
+#include "technique/map_techniques.h"
+
+#define CAP 1.5       /* texels: half a patch, and half as much again where a surface is curved */
+#define STEEPEST 16.0 /* as the hard shadow's */
+#define APART 0x1p-21f /* relative: eight units in the last place */
+#define NOTHING 1e-9  /* less of the light than this is rounding */
+#define SKIP 3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
+
+typedef struct back_state {
+    ss_light_maps maps; /* the plane: depths of all layers, then what points are compared with */
+    ss_lamp lamp[SS_MAP_FACES];
+    ss_pyramid pyramid[SS_MAP_FACES];
+    uint32_t layers, max_samples;
+    bool fill;
+} back_state;
+
+/* ---- layers ---------------------------------------------------------------------------------- */
+
+typedef struct peeling {
+    const ss_stage *stage;
+    back_state *back;
+    const ss_frame *frame;
+    uint32_t side, layers; /* found so far, of this face */
+    float *texels;         /* of this face, layers x 2 each */
+    float *above, *layer;  /* planes */
+} peeling;
+
+/* Keeps the layer that was drawn; false: it holds nothing. */
+static bool keep_layer(peeling *p, const float *from, uint32_t number) {
+    const uint32_t channels = 2 * p->back->layers;
+    const size_t n = (size_t)p->side * p->side;
+    bool any = false;
+    for (size_t i = 0; i < n; i++) {
+        const float h = from[i];
+        p->texels[i * channels + number] = h;
+        p->above[i] = h == SS_MAP_FAR ? h : h + APART * fabsf(h);
+        any |= h != SS_MAP_FAR;
+    }
+    return any;
+}
+
+static softshadow_status peel(peeling *p, const float *first) {
+    const ss_raster_casters casters = {.world = p->stage->world, .frame = p->frame,
+                                       .resolution = p->side, .deepest = p->frame->far_h};
+    bool any = keep_layer(p, first, 0);
+    for (uint32_t l = 1; l < p->back->layers; l++) {
+        if (any) {
+            const softshadow_status status =
+                ss_raster_cpu.peel(&casters, p->above, p->layer, p->stage->pool);
+            if (status) return status;
+        }
+        any = keep_layer(p, any ? p->layer : p->above, l);
+    }
+    return SOFTSHADOW_OK;
+}
+
+/* How much h changes towards the neighbours, per texel; what changes faster is another surface. */
+static float slope_along(const peeling *p, const float *at, bool before, bool after, size_t stride) {
+    const float steep = (float)(STEEPEST * p->frame->texel);
+    float slope = -1;
+    for (int side = -1; side <= 1; side += 2) {
+        if (!(side < 0 ? before : after)) continue;
+        const float other = side < 0 ? at[-(ptrdiff_t)stride] : at[stride];
+        const float change = fabsf(other - *at);
+        if (change <= steep && change > slope) slope = change;
+    }
+    return slope < 0 ? (float)p->frame->texel : slope; /* alone, as in a hair: 45 degrees */
+}
+
+/* The depth that a point must be below to be shadowed by layer l: its midpoint, or a bias. */
+static float compared(const peeling *p, const float *texel, uint32_t x, uint32_t y, uint32_t l) {
+    const uint32_t last = p->side - 1;
+    const size_t channels = 2 * (size_t)p->back->layers;
+    const double given = p->stage->params->depth_bias * p->stage->world->scale;
+    const float h = texel[l], one = (float)p->frame->texel;
+    if (h == SS_MAP_FAR) return h;
+    const float across = slope_along(p, texel + l, x > 0, x < last, channels);
+    const float up = slope_along(p, texel + l, y > 0, y < last, channels * p->side);
+    const float host = (float)ss_frame_step(p->frame, h, given);
+    const bool mate = l + 1 < p->back->layers && texel[l + 1] != SS_MAP_FAR;
+    const float most =
+        (float)CAP * (mate ? fmaxf(across, one) + fmaxf(up, one) : across + up);
+    const float away = given > 0 ? host : most, half = mate ? (texel[l + 1] - h) / 2 : away;
+    return h + (half < away ? half : away) + APART * (fabsf(h) + one);
+}
+
+static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const peeling *p = ctx;
+    const uint32_t layers = p->back->layers;
+    for (uint64_t y = begin; y < end; y++) {
+        for (uint32_t x = 0; x < p->side; x++) {
+            float *texel = p->texels + (y * p->side + x) * 2 * layers;
+            for (uint32_t l = 0; l < layers; l++) {
+                texel[layers + l] = compared(p, texel, x, (uint32_t)y, l);
+            }
+        }
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint32_t face) {
+    const uint32_t side = back->maps.frames.resolution;
+    const size_t n = (size_t)side * side;
+    peeling p = {.stage = stage, .back = back, .frame = &back->maps.frames.face[face], .side = side,
+                 .texels = back->maps.plane + face * n * 2 * back->layers};
+    p.above = ss_alloc(n, sizeof *p.above), p.layer = ss_alloc(n, sizeof *p.layer);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!p.above || !p.layer) {
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
+                         back->layers, side, side);
+    }
+    if (!status) status = peel(&p, back->maps.depth + face * n);
+    if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &p);
+    if (!status) status = ss_pyramid_build(&back->pyramid[face], back->maps.depth + face * n, side);
+    ss_free(p.above);
+    ss_free(p.layer);
+    return status;
+}
+
+/* ---- building -------------------------------------------------------------------------------- */
+
+static void destroy(void *state) {
+    back_state *back = state;
+    if (!back) return;
+    for (int i = 0; i < SS_MAP_FACES; i++) ss_pyramid_free(&back->pyramid[i]);
+    ss_light_maps_destroy(back);
+}
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    const ss_light_maps_wish wish = {.state_size = sizeof(back_state), .slope_texels = 1,
+                                     .bare = !stage->light->point, .margin = true};
+    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    if (status || stage->light->point) return status;
+    back_state *back = *state;
+    back->layers = stage->params->layers, back->max_samples = stage->params->max_samples;
+    back->fill = back->layers == 1 && stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
+    const uint32_t count = back->maps.frames.count;
+    if (count) status = ss_light_maps_add_plane(&back->maps, "layers", 2 * back->layers);
+    for (uint32_t face = 0; face < count && !status; face++) {
+        ss_lamp_make(&back->lamp[face], stage->light, &back->maps.frames.face[face]);
+        status = peel_face(stage, back, face);
+    }
+    if (status) destroy(back), *state = NULL;
+    return status;
+}
+
+static size_t bytes(const void *state) {
+    const back_state *back = state;
+    size_t sum = ss_light_maps_bytes(state);
+    for (int i = 0; i < SS_MAP_FACES; i++) sum += back->pyramid[i].count * sizeof(float);
+    return sum;
+}
+
+/* ---- asking ---------------------------------------------------------------------------------- */
+
+/* One point, and the face it looks at. */
+typedef struct asked {
+    const back_state *back;
+    const float *texels;
+    const ss_pyramid *pyramid;
+    ss_lamp_view view;
+    ss_lamp_kernel kernel;
+    double x, y;
+    float h;
+} asked;
+
+static inline double gap_of(const asked *a, float depth) {
+    const double gap = (double)a->h - depth;
+    return gap > a->view.least ? gap : a->view.least;
+}
+
+/* [GBP06]: to the right edge of the left neighbour, the upper edge of the lower one, as they project. */
+static void fill_gaps(const asked *a, const float *texel, const int32_t at[2], const double edge[2],
+                      double low[2]) {
+    const int32_t step = a->kernel.step;
+    const ptrdiff_t channels = 2;
+    const ptrdiff_t stride[2] = {step * channels, step * channels * (ptrdiff_t)a->pyramid->side[0]};
+    for (int k = 0; k < 2; k++) {
+        if (at[k] < step) continue;
+        const float *other = texel - stride[k];
+        if (!(other[1] < a->h)) continue;
+        const double bound = edge[k] / gap_of(a, other[0]);
+        if (bound < low[k]) low[k] = bound;
+    }
+}
+
+/* What the patch at (column, row) hides of the light: [BCS06] 4.2. */
+static double contribution(const asked *a, int32_t column, int32_t row) {
+    const uint32_t layers = a->back->layers;
+    const int32_t step = a->kernel.step, at[2] = {column + step / 2, row + step / 2};
+    const int32_t last = (int32_t)a->pyramid->side[0] - 1;
+    const int32_t x = at[0] < last ? at[0] : last, y = at[1] < last ? at[1] : last;
+    const float *texel = a->texels + ((size_t)y * a->pyramid->side[0] + (size_t)x) * 2 * layers;
+    const double edge[2] = {column - a->x, row - a->y};
+    for (uint32_t l = layers; l-- > 0;) {
+        if (!(texel[layers + l] < a->h)) continue;
+        const double gap = gap_of(a, texel[l]), half = step / 2.0;
+        const bool wide = a->back->fill;
+        if (!wide && ss_lamp_misses(&a->view, edge[0] + half, edge[1] + half, gap, step)) continue;
+        double low[2] = {edge[0] / gap, edge[1] / gap};
+        const double high[2] = {(edge[0] + step) / gap, (edge[1] + step) / gap};
+        if (wide) fill_gaps(a, texel, (int32_t[2]){x, y}, edge, low);
+        const double hidden = ss_lamp_hidden(&a->view, low, high);
+        if (hidden > NOTHING) return hidden;
+    }
+    return 0;
+}
+
+/* Is there no occluder in the square of the pyramid around a texel? */
+static inline bool empty_square(const asked *a, int32_t x, int32_t y) {
+    const uint32_t level = a->pyramid->levels > SKIP ? SKIP : a->pyramid->levels - 1;
+    const size_t side = a->pyramid->side[level];
+    return !(a->pyramid->level[level][(size_t)(y >> level) * side + (size_t)(x >> level)] < a->h);
+}
+
+static double hidden_by_all(const asked *a) {
+    const ss_lamp_kernel *k = &a->kernel;
+    const int32_t last = (int32_t)a->pyramid->side[0] - 1;
+    double sum = 0;
+    for (int32_t j = 0; j < k->count[1]; j++) {
+        const int32_t row = k->low[1] + j * k->step, mid = row + k->step / 2;
+        const int32_t y = mid < last ? mid : last;
+        for (int32_t i = 0; i < k->count[0]; i++) {
+            const int32_t column = k->low[0] + i * k->step, centre = column + k->step / 2;
+            const int32_t x = centre < last ? centre : last;
+            if (empty_square(a, x, y)) {
+                const int32_t next = ((x >> SKIP) + 1) << SKIP; /* the samples that stay in it */
+                i += (next - 1 - x) / k->step;
+                continue;
+            }
+            sum += contribution(a, column, row);
+        }
+        if (sum >= 1 - NOTHING) return 1;
+    }
+    return sum;
+}
+
+static float seen_by(const back_state *back, const ss_looks *looks, size_t i) {
+    const uint32_t face = looks->face[i];
+    asked a = {.back = back, .texels = back->maps.plane + (size_t)looks->base[i] * 2 * back->layers,
+               .pyramid = &back->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
+    float hard = 1;
+    if (a.h == -SS_MAP_FAR) return 1;
+    if (!ss_lamp_see(&back->lamp[face], a.x, a.y, a.h, &a.view)) {
+        ss_looks one = {.x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
+        ss_light_maps_hard(&back->maps, &one, 1, &hard);
+        return hard;
+    }
+    if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &a.kernel)) return 1;
+    ss_lamp_thin(&a.kernel, back->max_samples);
+    return (float)(1 - hidden_by_all(&a));
+}
+
+static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    for (size_t i = 0; i < n; i++) out[i] = seen_by((const back_state *)maps, looks, i);
+}
+
+static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts) {
+    (void)scratch;
+    return ss_light_maps_query(state, stage->light->point ? ss_light_maps_hard : answer, points, n,
+                               visibility, bound, counts);
+}
+
+const ss_technique ss_backprojection = {
+    .name = "backprojection",
+    .title = "backprojection of depth layers, texel by texel, onto the light",
+    .cite = "BCS06",
+    .notes = "layers: 1 is the original, falloff=paper with it fills gaps; otherwise falloff has no "
+             "meaning here, areas are measured on the light. max_samples: most texels a point looks "
+             "at, 0 all; fewer are faster and band. Overlapping patches darken a little, gaps that no "
+             "layer fills let light through.",
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ALL,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .query = query,
+    .destroy = destroy,
+    .bytes = bytes,
+    .map_count = ss_light_maps_count,
+    .get_map = ss_light_maps_get,
+    .casters_culled = ss_light_maps_culled,
+};

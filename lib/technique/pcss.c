@@ -1,0 +1,167 @@
+/* pcss: percentage-closer filtering, as wide as the blockers' mean depth says.
+ *
+ * based on: [Fer05], whole: blocker search, penumbra estimation w = (d_r - d_b) w_light / d_b,
+ * filtering. Differs, and why:
+ * - The mean is of h (map/frame.h), reciprocal depth in perspective: then the estimate is
+ *   rate (h_r - h_b), without a division.
+ * - The filter has the light's own shape, and texels count by the share of it that they cover: see
+ *   lamp.h. Point samples would band.
+ * - The search region is that of the nearest occluder in it, not that of the near plane.
+ * - A texel blocks only where it stands between the point and some of the light: h_r - h grows with its
+ *   distance. Without that, wide filters shadow every slope with itself; bias cannot help, as it would
+ *   have to grow with the filter. */
+#include "technique/lamp.h"
+#include "technique/light_maps.h"
+#include "technique/map_techniques.h"
+
+#define NOTHING 1e-9 /* less of the light than this is rounding */
+
+typedef struct pcss_state {
+    ss_light_maps maps;
+    ss_lamp lamp[SS_MAP_FACES];
+    ss_pyramid pyramid[SS_MAP_FACES];
+    uint32_t max_samples;
+} pcss_state;
+
+static void destroy(void *state) {
+    pcss_state *pcss = state;
+    if (!pcss) return;
+    for (int i = 0; i < SS_MAP_FACES; i++) ss_pyramid_free(&pcss->pyramid[i]);
+    ss_light_maps_destroy(pcss);
+}
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    const ss_light_maps_wish wish = {.state_size = sizeof(pcss_state), .slope_texels = 1.5, .margin = true};
+    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    if (status || stage->light->point) return status;
+    pcss_state *pcss = *state;
+    const uint32_t side = pcss->maps.frames.resolution;
+    pcss->max_samples = stage->params->max_samples;
+    for (uint32_t face = 0; face < pcss->maps.frames.count && !status; face++) {
+        ss_lamp_make(&pcss->lamp[face], stage->light, &pcss->maps.frames.face[face]);
+        status = ss_pyramid_build(&pcss->pyramid[face], pcss->maps.depth + (size_t)face * side * side, side);
+    }
+    if (status) destroy(pcss), *state = NULL;
+    return status;
+}
+
+static size_t bytes(const void *state) {
+    const pcss_state *pcss = state;
+    size_t sum = ss_light_maps_bytes(state);
+    for (int i = 0; i < SS_MAP_FACES; i++) sum += pcss->pyramid[i].count * sizeof(float);
+    return sum;
+}
+
+/* ---- asking ---------------------------------------------------------------------------------- */
+
+typedef struct asked {
+    const ss_pyramid *pyramid;
+    ss_lamp_view view;
+    double x, y;
+    float h;
+} asked;
+
+/* A sample of a kernel: the texels it stands for, relative to the point, and its depth. */
+typedef struct sample {
+    double low[2];
+    float depth;
+} sample;
+
+static inline sample sample_of(const asked *a, const ss_lamp_kernel *k, int32_t i, int32_t j) {
+    const int32_t last = (int32_t)a->pyramid->side[0] - 1;
+    const int32_t column = k->low[0] + i * k->step, row = k->low[1] + j * k->step;
+    const int32_t mx = column + k->step / 2, my = row + k->step / 2;
+    const int32_t x = mx < last ? mx : last, y = my < last ? my : last;
+    return (sample){{column - a->x, row - a->y},
+                    a->pyramid->level[0][(size_t)y * a->pyramid->side[0] + (size_t)x]};
+}
+
+static inline bool blocks(const asked *a, const sample *s, int32_t step) {
+    if (!(s->depth < a->h)) return false;
+    const double gap = (double)a->h - s->depth, half = step / 2.0;
+    const double most = gap > a->view.least ? gap : a->view.least;
+    return !ss_lamp_misses(&a->view, s->low[0] + half, s->low[1] + half, most, step);
+}
+
+/* Step 1: the mean depth of the blockers. */
+static bool mean_blocker(const asked *a, const ss_lamp_kernel *k, double *mean) {
+    double sum = 0;
+    uint32_t n = 0;
+    for (int32_t j = 0; j < k->count[1]; j++) {
+        for (int32_t i = 0; i < k->count[0]; i++) {
+            const sample s = sample_of(a, k, i, j);
+            if (blocks(a, &s, k->step)) sum += (double)a->h - s.depth, n++;
+        }
+    }
+    *mean = n ? sum / n : 0;
+    return n > 0;
+}
+
+/* Step 3: the share of the filter that lies on blockers. */
+static double filtered(const asked *a, const ss_lamp_kernel *k, double gap) {
+    double sum = 0;
+    for (int32_t j = 0; j < k->count[1]; j++) {
+        for (int32_t i = 0; i < k->count[0]; i++) {
+            const sample s = sample_of(a, k, i, j);
+            if (!blocks(a, &s, k->step)) continue;
+            const double half = k->step / 2.0;
+            if (ss_lamp_misses(&a->view, s.low[0] + half, s.low[1] + half, gap, k->step)) continue;
+            const double low[2] = {s.low[0] / gap, s.low[1] / gap};
+            const double high[2] = {(s.low[0] + k->step) / gap, (s.low[1] + k->step) / gap};
+            sum += ss_lamp_hidden(&a->view, low, high);
+        }
+    }
+    return sum < 1 - NOTHING ? sum : 1;
+}
+
+static float seen_by(const pcss_state *pcss, const ss_looks *looks, size_t i) {
+    const uint32_t face = looks->face[i];
+    asked a = {.pyramid = &pcss->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
+    ss_lamp_kernel kernel;
+    float hard = 1;
+    double gap;
+    if (a.h == -SS_MAP_FAR) return 1;
+    if (!ss_lamp_see(&pcss->lamp[face], a.x, a.y, a.h, &a.view)) {
+        ss_looks one = {.x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
+        ss_light_maps_hard(&pcss->maps, &one, 1, &hard);
+        return hard;
+    }
+    if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &kernel)) return 1;
+    ss_lamp_thin(&kernel, pcss->max_samples);
+    if (!mean_blocker(&a, &kernel, &gap)) return 1;
+    if (gap < a.view.least) gap = a.view.least; /* step 2: w = reach x gap */
+    if (!ss_lamp_footprint(&a.view, a.pyramid->side[0], a.x, a.y, gap, &kernel)) return 1;
+    ss_lamp_thin(&kernel, pcss->max_samples);
+    return (float)(1 - filtered(&a, &kernel, gap));
+}
+
+static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    for (size_t i = 0; i < n; i++) out[i] = seen_by((const pcss_state *)maps, looks, i);
+}
+
+static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts) {
+    (void)scratch;
+    return ss_light_maps_query(state, stage->light->point ? ss_light_maps_hard : answer, points, n,
+                               visibility, bound, counts);
+}
+
+const ss_technique ss_pcss = {
+    .name = "pcss",
+    .title = "percentage-closer soft shadows: a filter as wide as the mean blocker's penumbra",
+    .cite = "Fer05",
+    .notes = "One depth for all that blocks: shadows of occluders at several depths are all as soft as "
+             "their mean. falloff has no meaning here, the filter has the light's shape. max_samples: "
+             "most texels each of the two steps looks at, 0 all.",
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ALL,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .query = query,
+    .destroy = destroy,
+    .bytes = bytes,
+    .map_count = ss_light_maps_count,
+    .get_map = ss_light_maps_get,
+    .casters_culled = ss_light_maps_culled,
+};

@@ -1,0 +1,234 @@
+/* single-sample: the inner penumbra from a map of how wide the shadow is.
+ *
+ * based on: [KD03] as [Lawlor06] (section 1 and figure 10) and the survey of [Cou05] 3.1.6 describe it:
+ * beside the depth map a shadow-width map, the distance to the closest texel that is geometrically
+ * illuminated; a penumbra inside the hard shadow, none outside. Differs, and why:
+ * - [KD03] draw occluders and receivers apart, so that the illuminated texels are those without an
+ *   occluder. Here both are one set: a texel is illuminated where it holds nothing, or where it is the
+ *   last surface along its ray and a neighbour is a surface well before it: a receiver beside an
+ *   occluder's rim. Shadows of occluders that overlap in the map then are one, as in the paper.
+ * - Distances are exact and go everywhere ([FH12]) instead of a few passes of a filter.
+ * - The width that makes the penumbra full is rate (h_p - h_v), the light's own; the result is filtered
+ *   over 2 x 2 texels, never depths.
+ * - The linear ramp only under falloff=linear or paper. */
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "technique/light_maps.h"
+#include "technique/map_techniques.h"
+
+#define RIM 16.0      /* steeper than this, in texels a texel, is an occluder's rim: the hard shadow's */
+#define NOWHERE 1e15f /* a squared distance */
+#define GAP 0x1p-21f  /* relative: eight units in the last place */
+#define ALIKE 0x1p-21f
+
+enum { WIDTH_DEPTH, WIDTH_INSIDE, WIDTH_CHANNELS }; /* the hard shadow's depth; the width in texels */
+
+typedef struct single_state {
+    ss_light_maps maps;
+    float rate[SS_MAP_FACES]; /* texels for a unit of h */
+} single_state;
+
+/* ---- the shadow-width map --------------------------------------------------------------------- */
+
+typedef struct widths {
+    const float *depth, *second; /* of this face, unbiased first surface, and what lies below it */
+    float *square;               /* squared distance to the closest illuminated texel */
+    uint32_t side;
+    float rim;
+} widths;
+
+/* Is the texel well below one of its neighbours? */
+static bool beside_rim(const widths *w, uint32_t x, uint32_t y) {
+    const float here = w->depth[(size_t)y * w->side + x];
+    for (int j = -1; j <= 1; j++) {
+        for (int i = -1; i <= 1; i++) {
+            const uint32_t column = x + (uint32_t)i, row = y + (uint32_t)j;
+            if (column >= w->side || row >= w->side) continue;
+            if (here - w->depth[(size_t)row * w->side + column] > w->rim) return true;
+        }
+    }
+    return false;
+}
+
+static bool illuminated(const widths *w, uint32_t x, uint32_t y) {
+    const size_t at = (size_t)y * w->side + x;
+    if (w->depth[at] == SS_MAP_FAR) return true;
+    return w->second[at] == SS_MAP_FAR && beside_rim(w, x, y);
+}
+
+/* Down the columns: the closest in the same column. */
+static softshadow_status columns(void *ctx, uint64_t begin, uint64_t end) {
+    const widths *w = ctx;
+    for (uint64_t x = begin; x < end; x++) {
+        float away = NOWHERE;
+        for (uint32_t y = 0; y < w->side; y++) {
+            away = illuminated(w, (uint32_t)x, y) ? 0 : away + 1;
+            w->square[(size_t)y * w->side + x] = away;
+        }
+        away = NOWHERE;
+        for (uint32_t y = w->side; y-- > 0;) {
+            float *at = &w->square[(size_t)y * w->side + x];
+            away = *at == 0 ? 0 : away + 1;
+            *at = *at < away ? *at : away;
+            *at = *at < 32768 ? *at * *at : NOWHERE;
+        }
+    }
+    return SOFTSHADOW_OK;
+}
+
+/* Along a row: the lower envelope of parabolas, [FH12] algorithm 1. `at` and `from` have room for
+ * side + 1. */
+static void envelope(float *row, uint32_t side, float *copy, uint32_t *at, double *from) {
+    uint32_t k = 0;
+    memcpy(copy, row, side * sizeof *row);
+    at[0] = 0, from[0] = -INFINITY, from[1] = INFINITY;
+    for (uint32_t q = 1; q < side; q++) {
+        double cut;
+        for (;; k--) {
+            const double v = at[k], rise = (double)copy[q] + (double)q * q - copy[at[k]] - v * v;
+            cut = rise / (2 * (q - v));
+            if (cut > from[k]) break; /* from[0] is below everything */
+        }
+        at[++k] = q, from[k] = cut, from[k + 1] = INFINITY;
+    }
+    k = 0;
+    for (uint32_t x = 0; x < side; x++) {
+        while (from[k + 1] < x) k++;
+        const float d = (float)x - (float)at[k];
+        row[x] = d * d + copy[at[k]];
+    }
+}
+
+static softshadow_status rows(void *ctx, uint64_t begin, uint64_t end) {
+    const widths *w = ctx;
+    float *copy = ss_alloc(w->side, sizeof *copy);
+    uint32_t *at = ss_alloc(w->side + 1, sizeof *at);
+    double *from = ss_alloc(w->side + 1, sizeof *from);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!copy || !at || !from) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
+    for (uint64_t y = begin; y < end && !status; y++) {
+        envelope(w->square + (size_t)y * w->side, w->side, copy, at, from);
+    }
+    ss_free(copy), ss_free(at), ss_free(from);
+    return status;
+}
+
+/* The surfaces as they are, without the hard shadow's bias, and what lies below. */
+static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
+                                    float *first, float *second, float *above) {
+    const ss_frame *frame = &maps->frames.face[face];
+    const uint32_t side = maps->frames.resolution;
+    const ss_raster_casters casters = {.world = stage->world, .frame = frame, .resolution = side,
+                                       .deepest = frame->far_h};
+    softshadow_status status = ss_raster_cpu.depth(&casters, first, stage->pool);
+    for (size_t i = 0; i < (size_t)side * side; i++) {
+        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
+    }
+    return status ? status : ss_raster_cpu.peel(&casters, above, second, stage->pool);
+}
+
+static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face, float *planes) {
+    const uint32_t side = maps->frames.resolution;
+    const size_t n = (size_t)side * side;
+    float *plane = maps->plane + face * n * WIDTH_CHANNELS;
+    const float *depth = maps->depth + face * n;
+    widths w = {planes, planes + n, planes + 2 * n, side, (float)(RIM * maps->frames.face[face].texel)};
+    softshadow_status status = two_layers(stage, maps, face, planes, planes + n, planes + 2 * n);
+    if (!status) status = ss_parallel_for(stage->pool, side, 16, columns, &w);
+    if (!status) status = ss_parallel_for(stage->pool, side, 16, rows, &w);
+    for (size_t i = 0; i < n && !status; i++) { /* the rim is between two centres */
+        plane[i * WIDTH_CHANNELS + WIDTH_DEPTH] = depth[i];
+        plane[i * WIDTH_CHANNELS + WIDTH_INSIDE] = sqrtf(w.square[i]) - .5f;
+    }
+    return status;
+}
+
+static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
+    const size_t n = maps->texels / maps->frames.count;
+    float *planes = ss_alloc(n, 3 * sizeof *planes);
+    softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS);
+    if (!planes) status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
+    for (uint32_t face = 0; face < maps->frames.count && !status; face++) {
+        status = measure(stage, maps, face, planes);
+    }
+    ss_free(planes);
+    return status;
+}
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    const ss_light_maps_wish wish = {.state_size = sizeof(single_state), .slope_texels = 1.5};
+    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    if (status || stage->light->point) return status;
+    single_state *single = *state;
+    ss_light_maps *maps = &single->maps;
+    if (stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER) {
+        ss_falloff_make(&maps->falloff, SOFTSHADOW_FALLOFF_LINEAR, SS_FALLOFF_TABLE, stage->light);
+    }
+    for (uint32_t face = 0; face < maps->frames.count; face++) {
+        single->rate[face] = (float)ss_frame_rate(&maps->frames.face[face]);
+    }
+    if (maps->frames.count) status = draw(stage, maps);
+    if (status) ss_light_maps_destroy(maps), *state = NULL;
+    return status;
+}
+
+/* ---- asking ---------------------------------------------------------------------------------- */
+
+/* The inner coordinate of one texel for a receiver at h: 1 at the rim of the hard shadow, 0 where the
+ * shadow is as wide as the penumbra. */
+static inline float inner_of(const float *texel, float h, float rate) {
+    const float gap = h - texel[WIDTH_DEPTH], inside = texel[WIDTH_INSIDE];
+    if (!(gap > 0)) return 1;
+    if (!(gap > GAP * fabsf(h))) return 0;
+    const float open = 1 - inside / (rate * gap);
+    return open > 0 ? open < 1 ? open : 1 : 0;
+}
+
+static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    const uint32_t side = maps->frames.resolution;
+    const float most = side > 1 ? (float)side - 1.5f : 0;
+    const size_t right = side > 1 ? WIDTH_CHANNELS : 0, up = right * side;
+    for (size_t i = 0; i < n; i++) {
+        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f, h = looks->h[i];
+        const float rate = ((const single_state *)maps)->rate[looks->face[i]];
+        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
+        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
+        const float u = left - (float)column, v = low - (float)row;
+        const float *a = maps->plane + (size_t)(looks->base[i] + row * side + column) * WIDTH_CHANNELS;
+        const float below = (1 - u) * inner_of(a, h, rate) + u * inner_of(a + right, h, rate);
+        const float above = (1 - u) * inner_of(a + up, h, rate) + u * inner_of(a + up + right, h, rate);
+        out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
+    }
+}
+
+static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts) {
+    (void)stage, (void)scratch;
+    const ss_light_maps *maps = state;
+    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n, visibility,
+                               bound, counts);
+}
+
+const ss_technique ss_single_sample = {
+    .name = "single-sample",
+    .title = "a single light sample and a shadow-width map: the inner penumbra",
+    .cite = "KD03",
+    .notes = "Inner penumbra only: nothing outside of the hard shadow is shaded, and small occluders "
+             "never cast a full shadow. rect: taken as the disk of its area. Occluders that overlap "
+             "as the light sees them count as one.",
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ROUND,
+    .lights_approximated = SS_LIGHTS_RECT,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .query = query,
+    .destroy = ss_light_maps_destroy,
+    .bytes = ss_light_maps_bytes,
+    .map_count = ss_light_maps_count,
+    .get_map = ss_light_maps_get,
+    .casters_culled = ss_light_maps_culled,
+};
