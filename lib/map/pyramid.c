@@ -26,7 +26,8 @@ softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t
         out->count += (size_t)s * s;
     }
     out->own = ss_alloc(out->count, sizeof *out->own);
-    if (!out->own) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory at %u", side);
+    if (!out->own)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory at %u", side);
     float *at = out->own;
     for (uint32_t l = 1; l < out->levels; l++) {
         halve(out->level[l - 1], out->side[l - 1], at, out->side[l]);
@@ -42,10 +43,12 @@ void ss_pyramid_free(ss_pyramid *pyramid) {
 }
 
 float ss_pyramid_least(const ss_pyramid *pyramid, const int32_t low[2], const int32_t high[2]) {
-    const int32_t wide = high[0] - low[0], tall = high[1] - low[1], most = wide > tall ? wide : tall;
+    const int32_t wide = high[0] - low[0], tall = high[1] - low[1],
+                  most = wide > tall ? wide : tall;
     uint32_t l = 0; /* where the box has at most four squares along each side */
     while (l + 1 < pyramid->levels && most >> l > 2) l++;
-    float least = pyramid->level[l][(size_t)(low[1] >> l) * pyramid->side[l] + (size_t)(low[0] >> l)];
+    float least =
+        pyramid->level[l][(size_t)(low[1] >> l) * pyramid->side[l] + (size_t)(low[0] >> l)];
     for (int32_t y = low[1] >> l; y <= high[1] >> l; y++) {
         const float *row = pyramid->level[l] + (size_t)y * pyramid->side[l];
         for (int32_t x = low[0] >> l; x <= high[0] >> l; x++) least = less(least, row[x]);

@@ -20,8 +20,8 @@ typedef struct ss_pyramid {
 softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t side);
 void ss_pyramid_free(ss_pyramid *pyramid);
 
-/* At most the least depth of the texels low .. high (columns, rows; both inside the map): squares of
- * the pyramid that the box only touches count as well. */
+/* At most the least depth of the texels low .. high (columns, rows; both inside the map): squares
+ * of the pyramid that the box only touches count as well. */
 float ss_pyramid_least(const ss_pyramid *pyramid, const int32_t low[2], const int32_t high[2]);
 
 #endif

@@ -1,19 +1,20 @@
 /* backprojection: the texels of a shadow map as small patches, projected back onto the light.
  *
  * based on: [BCS06], whole; its section 2 and layers=1 are [GBP06]. Layers by depth peeling (4.1),
- * midpoints between them for the test and true depths for the area (4.2), the deepest layer first and
- * the first contribution that is not zero (4.2, end), every step-th sample in its stead where there are
- * too many (5). Differs, and why:
+ * midpoints between them for the test and true depths for the area (4.2), the deepest layer first
+ * and the first contribution that is not zero (4.2, end), every step-th sample in its stead where
+ * there are too many (5). Differs, and why:
  * - Depths are h of map/frame.h, in which equation 1 is an affine map of texels over h_p - h_v: see
  *   lamp.h. A rect is clamped to as in the paper; disks clip the patch exactly.
- * - A midpoint is at most a slope of CAP texels away ([BCS06] 3.2 and figure 5b ask for a limit), at
- *   least one of 45 degrees: points are asked anywhere, also between two far layers.
- * - The last layer has no midpoint: its bias is the slope of the layer itself over as many texels.
+ * - The last layer has no midpoint: its bias is its own slope over CAP texels. Midpoints of layers
+ * that are close together, where [BCS06] 5 finds acne, are no nearer than that, either.
+ * - A midpoint is at most a slope of 45 degrees, or its own, over CAP texels away ([BCS06] figure
+ * 5b asks for a limit): points are asked anywhere, also between two far layers.
  * - Surfaces nearer to each other than floats tell are one layer.
  * - The search region is that of the nearest occluder in it, by a pyramid of least depths, as in
  *   [GBP06], not that of the near plane; squares of it without occluders are skipped.
- * - [GBP06]'s gap filling is what falloff=paper means with one layer; its gaps are filled towards the
- *   left and lower neighbour when that occludes, too. */
+ * - [GBP06]'s gap filling is what falloff=paper means with one layer; its gaps are filled towards
+ * the left and lower neighbour when that occludes, too. */
 #include <math.h>
 
 #include "base/memory.h"
@@ -22,11 +23,11 @@
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
-#define CAP 1.5       /* texels: half a patch, and half as much again where a surface is curved */
+#define CAP      1.5  /* texels: half a patch, and half as much again where a surface is curved */
 #define STEEPEST 16.0 /* as the hard shadow's */
-#define APART 0x1p-21f /* relative: eight units in the last place */
-#define NOTHING 1e-9  /* less of the light than this is rounding */
-#define SKIP 3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
+#define APART    0x1p-21f /* relative: eight units in the last place */
+#define NOTHING  1e-9     /* less of the light than this is rounding */
+#define SKIP     3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
 
 typedef struct back_state {
     ss_light_maps maps; /* the plane: depths of all layers, then what points are compared with */
@@ -62,8 +63,10 @@ static bool keep_layer(peeling *p, const float *from, uint32_t number) {
 }
 
 static softshadow_status peel(peeling *p, const float *first) {
-    const ss_raster_casters casters = {.world = p->stage->world, .frame = p->frame,
-                                       .resolution = p->side, .deepest = p->frame->far_h};
+    const ss_raster_casters casters = {.world = p->stage->world,
+                                       .frame = p->frame,
+                                       .resolution = p->side,
+                                       .deepest = p->frame->far_h};
     bool any = keep_layer(p, first, 0);
     for (uint32_t l = 1; l < p->back->layers; l++) {
         if (any) {
@@ -77,7 +80,8 @@ static softshadow_status peel(peeling *p, const float *first) {
 }
 
 /* How much h changes towards the neighbours, per texel; what changes faster is another surface. */
-static float slope_along(const peeling *p, const float *at, bool before, bool after, size_t stride) {
+static float slope_along(const peeling *p, const float *at, bool before, bool after,
+                         size_t stride) {
     const float steep = (float)(STEEPEST * p->frame->texel);
     float slope = -1;
     for (int side = -1; side <= 1; side += 2) {
@@ -100,10 +104,11 @@ static float compared(const peeling *p, const float *texel, uint32_t x, uint32_t
     const float up = slope_along(p, texel + l, y > 0, y < last, channels * p->side);
     const float host = (float)ss_frame_step(p->frame, h, given);
     const bool mate = l + 1 < p->back->layers && texel[l + 1] != SS_MAP_FAR;
-    const float most =
-        (float)CAP * (mate ? fmaxf(across, one) + fmaxf(up, one) : across + up);
-    const float away = given > 0 ? host : most, half = mate ? (texel[l + 1] - h) / 2 : away;
-    return h + (half < away ? half : away) + APART * (fabsf(h) + one);
+    const float least = given > 0 ? host : (float)CAP * (across + up);
+    const float most = given > 0 ? host : (float)CAP * (fmaxf(across, one) + fmaxf(up, one));
+    const float half = mate ? (texel[l + 1] - h) / 2 : least;
+    const float away = half < least ? least : half < most ? half : most;
+    return h + away + APART * (fabsf(h) + one);
 }
 
 static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
@@ -123,13 +128,17 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint32_t face) {
     const uint32_t side = back->maps.frames.resolution;
     const size_t n = (size_t)side * side;
-    peeling p = {.stage = stage, .back = back, .frame = &back->maps.frames.face[face], .side = side,
+    peeling p = {.stage = stage,
+                 .back = back,
+                 .frame = &back->maps.frames.face[face],
+                 .side = side,
                  .texels = back->maps.plane + face * n * 2 * back->layers};
     p.above = ss_alloc(n, sizeof *p.above), p.layer = ss_alloc(n, sizeof *p.layer);
     softshadow_status status = SOFTSHADOW_OK;
     if (!p.above || !p.layer) {
-        status = ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
-                         back->layers, side, side);
+        status =
+            ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
+                    back->layers, side, side);
     }
     if (!status) status = peel(&p, back->maps.depth + face * n);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &p);
@@ -149,8 +158,10 @@ static void destroy(void *state) {
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
-    const ss_light_maps_wish wish = {.state_size = sizeof(back_state), .slope_texels = 1,
-                                     .bare = !stage->light->point, .margin = true};
+    const ss_light_maps_wish wish = {.state_size = sizeof(back_state),
+                                     .slope_texels = 1,
+                                     .bare = !stage->light->point,
+                                     .margin = true};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
     back_state *back = *state;
@@ -191,7 +202,8 @@ static inline double gap_of(const asked *a, float depth) {
     return gap > a->view.least ? gap : a->view.least;
 }
 
-/* [GBP06]: to the right edge of the left neighbour, the upper edge of the lower one, as they project. */
+/* [GBP06]: to the right edge of the left neighbour, the upper edge of the lower one, as they
+ * project. */
 static void fill_gaps(const asked *a, const float *texel, const int32_t at[2], const double edge[2],
                       double low[2]) {
     const int32_t step = a->kernel.step;
@@ -200,7 +212,7 @@ static void fill_gaps(const asked *a, const float *texel, const int32_t at[2], c
     for (int k = 0; k < 2; k++) {
         if (at[k] < step) continue;
         const float *other = texel - stride[k];
-        if (!(other[1] < a->h)) continue;
+        if (!(other[0] + (other[1] - other[0]) * (float)step < a->h)) continue;
         const double bound = edge[k] / gap_of(a, other[0]);
         if (bound < low[k]) low[k] = bound;
     }
@@ -215,7 +227,8 @@ static double contribution(const asked *a, int32_t column, int32_t row) {
     const float *texel = a->texels + ((size_t)y * a->pyramid->side[0] + (size_t)x) * 2 * layers;
     const double edge[2] = {column - a->x, row - a->y};
     for (uint32_t l = layers; l-- > 0;) {
-        if (!(texel[layers + l] < a->h)) continue;
+        /* a patch of step x step texels needs as many times the bias */
+        if (!(texel[l] + (texel[layers + l] - texel[l]) * (float)step < a->h)) continue;
         const double gap = gap_of(a, texel[l]), half = step / 2.0;
         const bool wide = a->back->fill;
         if (!wide && ss_lamp_misses(&a->view, edge[0] + half, edge[1] + half, gap, step)) continue;
@@ -259,12 +272,17 @@ static double hidden_by_all(const asked *a) {
 
 static float seen_by(const back_state *back, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
-    asked a = {.back = back, .texels = back->maps.plane + (size_t)looks->base[i] * 2 * back->layers,
-               .pyramid = &back->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
+    asked a = {.back = back,
+               .texels = back->maps.plane + (size_t)looks->base[i] * 2 * back->layers,
+               .pyramid = &back->pyramid[face],
+               .x = looks->x[i],
+               .y = looks->y[i],
+               .h = looks->h[i]};
     float hard = 1;
     if (a.h == -SS_MAP_FAR) return 1;
     if (!ss_lamp_see(&back->lamp[face], a.x, a.y, a.h, &a.view)) {
-        ss_looks one = {.x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
+        ss_looks one = {
+            .x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
         ss_light_maps_hard(&back->maps, &one, 1, &hard);
         return hard;
     }
@@ -289,10 +307,11 @@ const ss_technique ss_backprojection = {
     .name = "backprojection",
     .title = "backprojection of depth layers, texel by texel, onto the light",
     .cite = "BCS06",
-    .notes = "layers: 1 is the original, falloff=paper with it fills gaps; otherwise falloff has no "
-             "meaning here, areas are measured on the light. max_samples: most texels a point looks "
-             "at, 0 all; fewer are faster and band. Overlapping patches darken a little, gaps that no "
-             "layer fills let light through.",
+    .notes =
+        "layers: 1 is the original, falloff=paper with it fills gaps; otherwise falloff has no "
+        "meaning here, areas are measured on the light. max_samples: most texels a point looks "
+        "at, 0 all; fewer are faster and band. Overlapping patches darken a little, gaps that no "
+        "layer fills let light through.",
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,

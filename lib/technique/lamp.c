@@ -4,9 +4,9 @@
 
 #include "base/vec.h"
 
-#define ROUNDS 16       /* the search of the kernel ends here at the latest: still conservative */
-#define NARROW 0x1p-20  /* half a penumbra, in texels, below which there is only the hard shadow */
-#define FLAT 1e-6       /* a light this much thinner than wide is seen as a line */
+#define ROUNDS 16      /* the search of the kernel ends here at the latest: still conservative */
+#define NARROW 0x1p-20 /* half a penumbra, in texels, below which there is only the hard shadow */
+#define FLAT   1e-6    /* a light this much thinner than wide is seen as a line */
 
 /* ---- the light in the frame ------------------------------------------------------------------ */
 
@@ -23,7 +23,8 @@ static void make_rings(ss_lamp *lamp, const ss_light *light) {
         lamp->weight[i] = lamp->rings == 1 ? 1 : (here - next) * lamp->ring[i] * lamp->ring[i];
         sum += lamp->weight[i];
     }
-    for (uint32_t i = 0; i < lamp->rings; i++) lamp->weight[i] = sum > 0 ? lamp->weight[i] / sum : 0;
+    for (uint32_t i = 0; i < lamp->rings; i++)
+        lamp->weight[i] = sum > 0 ? lamp->weight[i] / sum : 0;
     if (!(sum > 0)) lamp->rings = 1, lamp->ring[0] = lamp->weight[0] = 1;
 }
 
@@ -47,8 +48,8 @@ void ss_lamp_make(ss_lamp *out, const ss_light *light, const ss_frame *frame) {
 
 /* ---- the light from a point ------------------------------------------------------------------ */
 
-/* A sphere's outline: a disk across the line of sight, seen in the frame's plane, where it is longer
- * along the tangent: axes[i] are its half axes. */
+/* A sphere's outline: a disk across the line of sight, seen in the frame's plane, where it is
+ * longer along the tangent: axes[i] are its half axes. */
 static bool sphere_axes(const ss_lamp *lamp, const double tangent[2], double h, double axes[2][2]) {
     const double tilt = tangent[0] * tangent[0] + tangent[1] * tangent[1];
     const double along = lamp->distance / (1 - h * lamp->inverse);
@@ -57,7 +58,8 @@ static bool sphere_axes(const ss_lamp *lamp, const double tangent[2], double h, 
     const double radius = lamp->radius * sqrt(square / (square - lamp->square));
     const double longer = tilt > 0 ? (sqrt(1 + tilt) - 1) / tilt : 0;
     for (int i = 0; i < 2; i++) {
-        for (int k = 0; k < 2; k++) axes[i][k] = radius * ((i == k) + longer * tangent[i] * tangent[k]);
+        for (int k = 0; k < 2; k++)
+            axes[i][k] = radius * ((i == k) + longer * tangent[i] * tangent[k]);
     }
     return true;
 }
@@ -74,8 +76,10 @@ bool ss_lamp_see(const ss_lamp *lamp, double x, double y, double h, ss_lamp_view
     const double tangent[2] = {(lamp->low[0] + lamp->texel * x) * lamp->inverse,
                                (lamp->low[1] + lamp->texel * y) * lamp->inverse};
     double a[2][2], size = 0;
-    if (!lamp->sphere) flat_axes(lamp, tangent, a);
-    else if (!sphere_axes(lamp, tangent, h, a)) return false;
+    if (!lamp->sphere)
+        flat_axes(lamp, tangent, a);
+    else if (!sphere_axes(lamp, tangent, h, a))
+        return false;
     for (int i = 0; i < 4; i++) size += a[i / 2][i % 2] * a[i / 2][i % 2];
     const double det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     if (!(fabs(det) > FLAT * size)) return false;
@@ -87,7 +91,8 @@ bool ss_lamp_see(const ss_lamp *lamp, double x, double y, double h, ss_lamp_view
     out->square = !lamp->disk && skew < 1e-9 * straight;
     out->area = 1 / fabs(det) / (lamp->disk ? M_PI : 4);
     out->texel = fmax(hypot(m[0][0] + m[0][1], m[1][0] + m[1][1]),
-                      hypot(m[0][0] - m[0][1], m[1][0] - m[1][1])) / 2;
+                      hypot(m[0][0] - m[0][1], m[1][0] - m[1][1])) /
+                 2;
     for (int k = 0; k < 2; k++) {
         out->reach[k] = lamp->disk ? hypot(a[0][k], a[1][k]) : fabs(a[0][k]) + fabs(a[1][k]);
     }
@@ -175,7 +180,8 @@ double ss_lamp_hidden(const ss_lamp_view *view, const double low[2], const doubl
     double corner[4][2], farthest = 0, hidden = 0;
     for (int i = 0; i < 4; i++) {
         const double x = i == 1 || i == 2 ? high[0] : low[0], y = i >= 2 ? high[1] : low[1];
-        for (int k = 0; k < 2; k++) corner[i][k] = view->to_light[k][0] * x + view->to_light[k][1] * y;
+        for (int k = 0; k < 2; k++)
+            corner[i][k] = view->to_light[k][0] * x + view->to_light[k][1] * y;
         const double square = corner[i][0] * corner[i][0] + corner[i][1] * corner[i][1];
         farthest = square > farthest ? square : farthest;
     }
@@ -211,8 +217,8 @@ bool ss_lamp_footprint(const ss_lamp_view *view, uint32_t side, double x, double
     return true;
 }
 
-bool ss_lamp_search(const ss_lamp_view *view, const ss_pyramid *pyramid, double x, double y, float h,
-                    ss_lamp_kernel *out) {
+bool ss_lamp_search(const ss_lamp_view *view, const ss_pyramid *pyramid, double x, double y,
+                    float h, ss_lamp_kernel *out) {
     float least = *pyramid->level[pyramid->levels - 1];
     for (int round = 0; round < ROUNDS; round++) {
         if (!(least < h)) return false;

@@ -7,9 +7,9 @@
  * - The filter has the light's own shape, and texels count by the share of it that they cover: see
  *   lamp.h. Point samples would band.
  * - The search region is that of the nearest occluder in it, not that of the near plane.
- * - A texel blocks only where it stands between the point and some of the light: h_r - h grows with its
- *   distance. Without that, wide filters shadow every slope with itself; bias cannot help, as it would
- *   have to grow with the filter. */
+ * - A texel blocks only where it stands between the point and some of the light: h_r - h grows with
+ * its distance. Without that, wide filters shadow every slope with itself; bias cannot help, as it
+ * would have to grow with the filter. */
 #include "technique/lamp.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
@@ -31,7 +31,8 @@ static void destroy(void *state) {
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
-    const ss_light_maps_wish wish = {.state_size = sizeof(pcss_state), .slope_texels = 1.5, .margin = true};
+    const ss_light_maps_wish wish = {
+        .state_size = sizeof(pcss_state), .slope_texels = 1.5, .margin = true};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
     pcss_state *pcss = *state;
@@ -39,7 +40,8 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     pcss->max_samples = stage->params->max_samples;
     for (uint32_t face = 0; face < pcss->maps.frames.count && !status; face++) {
         ss_lamp_make(&pcss->lamp[face], stage->light, &pcss->maps.frames.face[face]);
-        status = ss_pyramid_build(&pcss->pyramid[face], pcss->maps.depth + (size_t)face * side * side, side);
+        status = ss_pyramid_build(&pcss->pyramid[face],
+                                  pcss->maps.depth + (size_t)face * side * side, side);
     }
     if (status) destroy(pcss), *state = NULL;
     return status;
@@ -116,13 +118,15 @@ static double filtered(const asked *a, const ss_lamp_kernel *k, double gap) {
 
 static float seen_by(const pcss_state *pcss, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
-    asked a = {.pyramid = &pcss->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
+    asked a = {
+        .pyramid = &pcss->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
     ss_lamp_kernel kernel;
     float hard = 1;
     double gap;
     if (a.h == -SS_MAP_FAR) return 1;
     if (!ss_lamp_see(&pcss->lamp[face], a.x, a.y, a.h, &a.view)) {
-        ss_looks one = {.x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
+        ss_looks one = {
+            .x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
         ss_light_maps_hard(&pcss->maps, &one, 1, &hard);
         return hard;
     }
@@ -151,9 +155,10 @@ const ss_technique ss_pcss = {
     .name = "pcss",
     .title = "percentage-closer soft shadows: a filter as wide as the mean blocker's penumbra",
     .cite = "Fer05",
-    .notes = "One depth for all that blocks: shadows of occluders at several depths are all as soft as "
-             "their mean. falloff has no meaning here, the filter has the light's shape. max_samples: "
-             "most texels each of the two steps looks at, 0 all.",
+    .notes =
+        "One depth for all that blocks: shadows of occluders at several depths are all as soft as "
+        "their mean. falloff has no meaning here, the filter has the light's shape. max_samples: "
+        "most texels each of the two steps looks at, 0 all.",
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,

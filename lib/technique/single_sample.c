@@ -1,15 +1,15 @@
 /* single-sample: the inner penumbra from a map of how wide the shadow is.
  *
- * based on: [KD03] as [Lawlor06] (section 1 and figure 10) and the survey of [Cou05] 3.1.6 describe it:
- * beside the depth map a shadow-width map, the distance to the closest texel that is geometrically
- * illuminated; a penumbra inside the hard shadow, none outside. Differs, and why:
+ * based on: [KD03] as [Lawlor06] (section 1 and figure 10) and the survey of [Cou05] 3.1.6 describe
+ * it: beside the depth map a shadow-width map, the distance to the closest texel that is
+ * geometrically illuminated; a penumbra inside the hard shadow, none outside. Differs, and why:
  * - [KD03] draw occluders and receivers apart, so that the illuminated texels are those without an
- *   occluder. Here both are one set: a texel is illuminated where it holds nothing, or where it is the
- *   last surface along its ray and a neighbour is a surface well before it: a receiver beside an
+ *   occluder. Here both are one set: a texel is illuminated where it holds nothing, or where it is
+ * the last surface along its ray and a neighbour is a surface well before it: a receiver beside an
  *   occluder's rim. Shadows of occluders that overlap in the map then are one, as in the paper.
  * - Distances are exact and go everywhere ([FH12]) instead of a few passes of a filter.
- * - The width that makes the penumbra full is rate (h_p - h_v), the light's own; the result is filtered
- *   over 2 x 2 texels, never depths.
+ * - The width that makes the penumbra full is rate (h_p - h_v), the light's own; the result is
+ * filtered over 2 x 2 texels, never depths.
  * - The linear ramp only under falloff=linear or paper. */
 #include <math.h>
 #include <string.h>
@@ -19,19 +19,25 @@
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
-#define RIM 16.0      /* steeper than this, in texels a texel, is an occluder's rim: the hard shadow's */
-#define NOWHERE 1e15f /* a squared distance */
-#define GAP 0x1p-21f  /* relative: eight units in the last place */
-#define ALIKE 0x1p-21f
+#define RIM 16.0 /* steeper than this, in texels a texel, is an occluder's rim: the hard shadow's  \
+                  */
+#define NOWHERE 1e15f    /* a squared distance */
+#define GAP     0x1p-21f /* relative: eight units in the last place */
+#define ALIKE   0x1p-21f
 
-enum { WIDTH_DEPTH, WIDTH_INSIDE, WIDTH_CHANNELS }; /* the hard shadow's depth; the width in texels */
+enum {
+    WIDTH_DEPTH,
+    WIDTH_INSIDE,
+    WIDTH_CHANNELS
+}; /* the hard shadow's depth; the width in texels */
 
 typedef struct single_state {
     ss_light_maps maps;
     float rate[SS_MAP_FACES]; /* texels for a unit of h */
 } single_state;
 
-/* ---- the shadow-width map --------------------------------------------------------------------- */
+/* ---- the shadow-width map ---------------------------------------------------------------------
+ */
 
 typedef struct widths {
     const float *depth, *second; /* of this face, unbiased first surface, and what lies below it */
@@ -108,7 +114,8 @@ static softshadow_status rows(void *ctx, uint64_t begin, uint64_t end) {
     uint32_t *at = ss_alloc(w->side + 1, sizeof *at);
     double *from = ss_alloc(w->side + 1, sizeof *from);
     softshadow_status status = SOFTSHADOW_OK;
-    if (!copy || !at || !from) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
+    if (!copy || !at || !from)
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
     for (uint64_t y = begin; y < end && !status; y++) {
         envelope(w->square + (size_t)y * w->side, w->side, copy, at, from);
     }
@@ -121,8 +128,8 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
                                     float *first, float *second, float *above) {
     const ss_frame *frame = &maps->frames.face[face];
     const uint32_t side = maps->frames.resolution;
-    const ss_raster_casters casters = {.world = stage->world, .frame = frame, .resolution = side,
-                                       .deepest = frame->far_h};
+    const ss_raster_casters casters = {
+        .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
     softshadow_status status = ss_raster_cpu.depth(&casters, first, stage->pool);
     for (size_t i = 0; i < (size_t)side * side; i++) {
         above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
@@ -130,12 +137,14 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
     return status ? status : ss_raster_cpu.peel(&casters, above, second, stage->pool);
 }
 
-static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face, float *planes) {
+static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face,
+                                 float *planes) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side;
     float *plane = maps->plane + face * n * WIDTH_CHANNELS;
     const float *depth = maps->depth + face * n;
-    widths w = {planes, planes + n, planes + 2 * n, side, (float)(RIM * maps->frames.face[face].texel)};
+    widths w = {planes, planes + n, planes + 2 * n, side,
+                (float)(RIM * maps->frames.face[face].texel)};
     softshadow_status status = two_layers(stage, maps, face, planes, planes + n, planes + 2 * n);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, columns, &w);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, rows, &w);
@@ -150,7 +159,8 @@ static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
     const size_t n = maps->texels / maps->frames.count;
     float *planes = ss_alloc(n, 3 * sizeof *planes);
     softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS);
-    if (!planes) status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
+    if (!planes)
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
     for (uint32_t face = 0; face < maps->frames.count && !status; face++) {
         status = measure(stage, maps, face, planes);
     }
@@ -177,8 +187,8 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 
 /* ---- asking ---------------------------------------------------------------------------------- */
 
-/* The inner coordinate of one texel for a receiver at h: 1 at the rim of the hard shadow, 0 where the
- * shadow is as wide as the penumbra. */
+/* The inner coordinate of one texel for a receiver at h: 1 at the rim of the hard shadow, 0 where
+ * the shadow is as wide as the penumbra. */
 static inline float inner_of(const float *texel, float h, float rate) {
     const float gap = h - texel[WIDTH_DEPTH], inside = texel[WIDTH_INSIDE];
     if (!(gap > 0)) return 1;
@@ -197,9 +207,11 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
         const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
         const uint32_t column = (uint32_t)left, row = (uint32_t)low;
         const float u = left - (float)column, v = low - (float)row;
-        const float *a = maps->plane + (size_t)(looks->base[i] + row * side + column) * WIDTH_CHANNELS;
+        const float *a =
+            maps->plane + (size_t)(looks->base[i] + row * side + column) * WIDTH_CHANNELS;
         const float below = (1 - u) * inner_of(a, h, rate) + u * inner_of(a + right, h, rate);
-        const float above = (1 - u) * inner_of(a + up, h, rate) + u * inner_of(a + up + right, h, rate);
+        const float above =
+            (1 - u) * inner_of(a + up, h, rate) + u * inner_of(a + up + right, h, rate);
         out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
     }
 }
@@ -209,17 +221,18 @@ static softshadow_status query(const ss_stage *stage, const void *state, const s
                                ss_counts *counts) {
     (void)stage, (void)scratch;
     const ss_light_maps *maps = state;
-    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n, visibility,
-                               bound, counts);
+    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n,
+                               visibility, bound, counts);
 }
 
 const ss_technique ss_single_sample = {
     .name = "single-sample",
     .title = "a single light sample and a shadow-width map: the inner penumbra",
     .cite = "KD03",
-    .notes = "Inner penumbra only: nothing outside of the hard shadow is shaded, and small occluders "
-             "never cast a full shadow. rect: taken as the disk of its area. Occluders that overlap "
-             "as the light sees them count as one.",
+    .notes =
+        "Inner penumbra only: nothing outside of the hard shadow is shaded, and small occluders "
+        "never cast a full shadow. rect: taken as the disk of its area. Occluders that overlap "
+        "as the light sees them count as one.",
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ROUND,
     .lights_approximated = SS_LIGHTS_RECT,

@@ -1,5 +1,5 @@
-/* The map techniques that look at an area of texels: backprojection, pcss, single-sample. What their
- * papers promise and what every map must keep. Through the public header only. */
+/* The map techniques that look at an area of texels: backprojection, pcss, single-sample. What
+ * their papers promise and what every map must keep. Through the public header only. */
 #include "ask.h"
 #include "oracle/oracle.h"
 
@@ -14,22 +14,26 @@ enum { ACROSS = 401 };
 static double line[ACROSS][3];
 static double t_of(int i) { return -1.5 + 3.0 * i / (ACROSS - 1); }
 
-static ask straight(const char *method, const scene_mesh *mesh, softshadow_light light, double half) {
+static ask straight(const char *method, const scene_mesh *mesh, softshadow_light light,
+                    double half) {
     static double bounds[6];
-    for (int i = 0; i < ACROSS; i++) line[i][0] = t_of(i) * half, line[i][1] = .05 * half, line[i][2] = 0;
+    for (int i = 0; i < ACROSS; i++)
+        line[i][0] = t_of(i) * half, line[i][1] = .05 * half, line[i][2] = 0;
     ask q = ask_new(method, mesh, light, (const double(*)[3])line, ACROSS, 0);
     memcpy(bounds, (double[6]){-1.5 * half, -half, 0, 1.5 * half, half, 0}, sizeof bounds);
     q.build.resolution = 1024, q.build.bounds = bounds;
     return q;
 }
 
-/* What a straight edge leaves of the light, or of its inner half; t as in accuracy, closed form 1. */
+/* What a straight edge leaves of the light, or of its inner half; t as in accuracy, closed form 1.
+ */
 static double edge_truth(const char *method, bool rect, double t) {
     if (strcmp(method, "single-sample") == 0) return t >= 0 ? 1 : oracle_edge(2 * (1 + t) - 1);
     return rect ? fmin(fmax((1 + t) / 2, 0), 1) : oracle_edge(t);
 }
 
-/* Must hold 1: backprojection to 1/32; with one depth pcss is as good, and single-sample exact inside. */
+/* Must hold 1: backprojection to 1/32; with one depth pcss is as good, and single-sample exact
+ * inside. */
 static void test_straight_edge(void **state) {
     (void)state;
     scene_mesh mesh = {0};
@@ -51,11 +55,13 @@ static void test_straight_edge(void **state) {
         for (size_t l = 0; l < COUNT(lights); l++) {
             const bool round = m == 2;
             if (round && l == 3) continue;
-            ask q = straight(area[m], &mesh, lights[l].light, round && l == 4 ? .25 / 3 : lights[l].half);
+            ask q = straight(area[m], &mesh, lights[l].light,
+                             round && l == 4 ? .25 / 3 : lights[l].half);
             ask_do(&q);
             double worst = 0;
             for (int i = 0; i < ACROSS; i++) {
-                worst = fmax(worst, fabs(q.visibility[i] - edge_truth(area[m], lights[l].rect, t_of(i))));
+                worst = fmax(worst,
+                             fabs(q.visibility[i] - edge_truth(area[m], lights[l].rect, t_of(i))));
             }
             print_message("%s, %s: worst %.5f\n", area[m], lights[l].name, worst);
             CHECK(worst <= 1.0 / 32, "%s, %s: off by %g", area[m], lights[l].name, worst);
@@ -75,7 +81,8 @@ static void test_crooked_lights(void **state) {
     memcpy(turned.u, (double[3]){.5 * c, .5 * s, 0}, sizeof turned.u);
     memcpy(turned.v, (double[3]){.3 * s, -.3 * c, 0}, sizeof turned.v);
     const softshadow_light lights[] = {turned, scene_disk_light(.8, -.4, 4, .3, .1, -1, .4),
-                                       scene_sphere_light(1.5, -1, 3, .3), scene_sun_light(.3, .2, -1, .1)};
+                                       scene_sphere_light(1.5, -1, 3, .3),
+                                       scene_sun_light(.3, .2, -1, .1)};
     enum { N = 24 };
     static double points[N * N][3];
     for (size_t l = 0; l < COUNT(lights); l++) {
@@ -92,11 +99,14 @@ static void test_crooked_lights(void **state) {
                 soft += truth > 0 && truth < 1;
                 worst = fmax(worst, fabs(q.visibility[i] - truth));
             }
-            print_message("%s, crooked light %zu: worst %.5f, %zu in penumbra\n", area[m], l, worst, soft);
-            /* seen through a tilt, the light is moved into the map's plane to first order in its size
-             * over its distance, a tenth here; pcss has one depth for what is tilted to the map */
+            print_message("%s, crooked light %zu: worst %.5f, %zu in penumbra\n", area[m], l, worst,
+                          soft);
+            /* seen through a tilt, the light is moved into the map's plane to first order in its
+             * size over its distance, a tenth here; pcss has one depth for what is tilted to the
+             * map */
             const double most = m == 1 && l == 2 ? 1.0 / 12 : 1.0 / 32;
-            CHECK(soft > N * N / 10 && worst <= most, "%s, light %zu: off by %g", area[m], l, worst);
+            CHECK(soft > N * N / 10 && worst <= most, "%s, light %zu: off by %g", area[m], l,
+                  worst);
             ask_free(&q);
         }
     }
@@ -137,7 +147,8 @@ enum { SIDE = 64 };
 static double ground[SIDE * SIDE][3];
 static const double ground_box[6] = {-1.4, -1.4, 0, 1.4, 1.4, 0};
 
-static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_light light, uint32_t side) {
+static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_light light,
+                       uint32_t side) {
     scene_grid(ground, SIDE, -1.4, 1.4, -1.4, 1.4, 0);
     ask q = ask_new(method, mesh, light, (const double(*)[3])ground, SIDE * SIDE, 0);
     q.build.resolution = side, q.build.bounds = ground_box;
@@ -171,12 +182,13 @@ static void test_bleeding(void **state) {
             q[i].build.falloff = i == 2 ? SOFTSHADOW_FALLOFF_PAPER : SOFTSHADOW_FALLOFF_DISK;
             ask_do(&q[i]);
             bleed[i] = excess(&q[i], &truth, 1), dark[i] = excess(&q[i], &truth, -1);
-            print_message("light %zu, %s: bleeding %.5f, darkening %.5f\n", l, name[i], bleed[i], dark[i]);
+            print_message("light %zu, %s: bleeding %.5f, darkening %.5f\n", l, name[i], bleed[i],
+                          dark[i]);
         }
         CHECK(bleed[0] > .004, "nothing bleeds with one layer: %g", bleed[0]);
         CHECK(bleed[1] <= bleed[0] / 2, "three layers bleed %g, one %g", bleed[1], bleed[0]);
-        CHECK(dark[2] > dark[0] && dark[2] > dark[1], "filling darkens by %g, layers by %g and %g", dark[2],
-              dark[0], dark[1]);
+        CHECK(dark[2] > dark[0] && dark[2] > dark[1], "filling darkens by %g, layers by %g and %g",
+              dark[2], dark[0], dark[1]);
         for (int i = 0; i < 3; i++) ask_free(&q[i]);
         ask_free(&truth);
     }
@@ -255,7 +267,8 @@ static void test_resolution(void **state) {
     scene_free(&mesh);
 }
 
-/* Bounded work: fewer samples, nearly the same answer, down to a single one that is still an answer. */
+/* Bounded work: fewer samples, nearly the same answer, down to a single one that is still an
+ * answer. */
 static void test_max_samples(void **state) {
     (void)state;
     scene_mesh mesh = body();
@@ -269,8 +282,10 @@ static void test_max_samples(void **state) {
             few.build.max_samples = limits[i];
             ask_do(&few);
             print_message("%s, %u samples: RMS %.4f\n", area[m], limits[i], rms(&few, &all));
-            for (size_t k = 0; k < few.count; k++) CHECK(few.visibility[k] >= 0 && few.visibility[k] <= 1, "%s", area[m]);
-            if (limits[i] >= 121) CHECK(rms(&few, &all) < .03, "%s, %u: %g", area[m], limits[i], rms(&few, &all));
+            for (size_t k = 0; k < few.count; k++)
+                CHECK(few.visibility[k] >= 0 && few.visibility[k] <= 1, "%s", area[m]);
+            if (limits[i] >= 121)
+                CHECK(rms(&few, &all) < .03, "%s, %u: %g", area[m], limits[i], rms(&few, &all));
             ask_free(&few);
         }
         ask_free(&all);
@@ -305,7 +320,8 @@ static void test_determinism(void **state) {
     scene_free(&mesh);
 }
 
-/* Surfaces that lie on one another are one layer: peeling ends, and the deeper ones are still found. */
+/* Surfaces that lie on one another are one layer: peeling ends, and the deeper ones are still
+ * found. */
 static void test_duplicates(void **state) {
     (void)state;
     const softshadow_light light = scene_sphere_light(1, .6, 4, .3);
@@ -320,13 +336,14 @@ static void test_duplicates(void **state) {
     }
     for (size_t m = 0; m < COUNT(area); m++) {
         for (uint32_t layers = 1; layers <= 64; layers += 21) {
-            ask one = over_ground(area[m], &mesh, light, 128), six = over_ground(area[m], &same, light, 128);
+            ask one = over_ground(area[m], &mesh, light, 128),
+                six = over_ground(area[m], &same, light, 128);
             ask close = over_ground(area[m], &near, light, 128);
             one.build.layers = six.build.layers = close.build.layers = layers;
             ask_do(&one), ask_do(&six), ask_do(&close);
             ask_same_bits(one.visibility, six.visibility, one.count, area[m]);
-            CHECK(rms(&one, &close) < .01, "%s, %u layers: copies 1e-9 apart change answers by %g", area[m],
-                  layers, rms(&one, &close));
+            CHECK(rms(&one, &close) < .01, "%s, %u layers: copies 1e-9 apart change answers by %g",
+                  area[m], layers, rms(&one, &close));
             ask_free(&one), ask_free(&six), ask_free(&close);
             if (m > 0) break; /* without layers */
         }
@@ -336,7 +353,8 @@ static void test_duplicates(void **state) {
 
 /* ---- where things are odd -------------------------------------------------------------------- */
 
-/* Acne: points on the lit side of a body never shadow themselves; on the dark side they are dark. */
+/* Acne: points on the lit side of a body never shadow themselves; on the dark side they are dark.
+ */
 static void test_acne(void **state) {
     (void)state;
     scene_mesh mesh = {0};
@@ -372,19 +390,22 @@ static void test_acne(void **state) {
             ask_do(&q);
             for (int i = 0; i < N; i++) {
                 if (cosine[i] > .15) lit++, acne += q.visibility[i] < 1;
-                if (cosine[i] < -.15) dark++, leaks += q.visibility[i] > 1.0 / 64, most = fmax(most, q.visibility[i]);
+                if (cosine[i] < -.15)
+                    dark++, leaks += q.visibility[i] > 1.0 / 64, most = fmax(most, q.visibility[i]);
             }
-            print_message("%s, %u layers: acne %zu of %zu, leaks %zu of %zu, most %g\n", area[m], layers, acne,
-                          lit, leaks, dark, most);
-            CHECK(acne == 0 && (m == 2 || leaks == 0), "%s, %u layers: acne %zu of %zu, leaks %zu of %zu",
-                  area[m], layers, acne, lit, leaks, dark);
+            print_message("%s, %u layers: acne %zu of %zu, leaks %zu of %zu, most %g\n", area[m],
+                          layers, acne, lit, leaks, dark, most);
+            CHECK(acne == 0 && (m == 2 || leaks == 0),
+                  "%s, %u layers: acne %zu of %zu, leaks %zu of %zu", area[m], layers, acne, lit,
+                  leaks, dark);
             ask_free(&q);
         }
     }
     scene_free(&mesh);
 }
 
-/* A wide light over a slope that casts, too: it must not darken itself, however wide the filter is. */
+/* A wide light over a slope that casts, too: it must not darken itself, however wide the filter is.
+ */
 static void test_slope(void **state) {
     (void)state;
     scene_mesh mesh = {0};
@@ -394,18 +415,20 @@ static void test_slope(void **state) {
     scene_grid(points, 32, -1, 1, -1, 1, 0);
     for (int i = 0; i < 32 * 32; i++) points[i][2] = .5 * points[i][0];
     for (size_t m = 0; m < COUNT(area); m++) {
-        ask q = ask_new(area[m], &mesh, scene_sphere_light(0, 0, 5, 1), (const double(*)[3])points, 1024, 0);
+        ask q = ask_new(area[m], &mesh, scene_sphere_light(0, 0, 5, 1), (const double(*)[3])points,
+                        1024, 0);
         ask_do(&q);
         for (size_t i = 0; i < q.count; i++) {
-            CHECK(q.visibility[i] == 1, "%s: %g %g %g: %g", area[m], points[i][0], points[i][1], points[i][2],
-                  (double)q.visibility[i]);
+            CHECK(q.visibility[i] == 1, "%s: %g %g %g: %g", area[m], points[i][0], points[i][1],
+                  points[i][2], (double)q.visibility[i]);
         }
         ask_free(&q);
     }
     scene_free(&mesh);
 }
 
-/* A lamp inside a closed body, casters all around it, receivers behind everything, far from home. */
+/* A lamp inside a closed body, casters all around it, receivers behind everything, far from home.
+ */
 static void test_odd_places(void **state) {
     (void)state;
     scene_mesh mesh = {0};
@@ -422,7 +445,8 @@ static void test_odd_places(void **state) {
         for (int i = 0; i < N; i++) {
             double d[3];
             scene_direction(&seed, d);
-            const double r = i < N / 2 ? scene_uniform(&seed, .1, .9) : scene_uniform(&seed, 2, 1000);
+            const double r =
+                i < N / 2 ? scene_uniform(&seed, .1, .9) : scene_uniform(&seed, 2, 1000);
             for (int k = 0; k < 3; k++) points[i][k] = r * d[k] + move[4 * k + 3];
         }
         for (size_t m = 0; m < COUNT(area); m++) {
@@ -435,9 +459,12 @@ static void test_odd_places(void **state) {
                 ask_do(&q);
                 for (int i = 0; i < N; i++) {
                     const double v = q.visibility[i];
-                    /* walls that run away from the light leave gaps between their patches, at 128^2 */
-                    CHECK(i < N / 2 ? v == 1 : v <= 1.0 / 64, "%s, light %zu, offset %g, point %d (%g %g %g): %g", area[m], l, offset,
-                          i, points[i][0] - offset, points[i][1] + offset, points[i][2] - offset, v);
+                    /* walls that run away from the light leave gaps between their patches, at 128^2
+                     */
+                    CHECK(i < N / 2 ? v == 1 : v <= 1.0 / 64,
+                          "%s, light %zu, offset %g, point %d (%g %g %g): %g", area[m], l, offset,
+                          i, points[i][0] - offset, points[i][1] + offset, points[i][2] - offset,
+                          v);
                 }
                 ask_free(&q);
             }
@@ -458,7 +485,8 @@ static void test_never_nan(void **state) {
     for (int i = 0; i < N; i++) {
         const double *v = mesh.xyz + 3 * (scene_random(&seed) % mesh.vertices);
         const double away = pow(10, scene_uniform(&seed, -16, 0));
-        for (int k = 0; k < 3; k++) points[i][k] = v[k] + (i % 3 ? away * scene_uniform(&seed, -1, 1) : 0);
+        for (int k = 0; k < 3; k++)
+            points[i][k] = v[k] + (i % 3 ? away * scene_uniform(&seed, -1, 1) : 0);
     }
     const softshadow_light lights[] = {
         scene_sphere_light(0, 0, 9, 3),          scene_sphere_light(0, 0, 2.5, 1.5),
@@ -488,7 +516,8 @@ static void test_small_maps(void **state) {
         for (size_t s = 0; s < COUNT(sides); s++) {
             ask q = over_ground(area[m], &mesh, scene_sphere_light(1, .6, 4, .2), sides[s]);
             ask_do(&q);
-            for (size_t i = 0; i < q.count; i++) CHECK(q.visibility[i] >= 0 && q.visibility[i] <= 1, "%s", area[m]);
+            for (size_t i = 0; i < q.count; i++)
+                CHECK(q.visibility[i] >= 0 && q.visibility[i] <= 1, "%s", area[m]);
             ask_free(&q);
         }
     }
@@ -530,7 +559,7 @@ static void test_lights(void **state) {
             if (strcmp(methods[i].name, table[m].name)) continue;
             found++;
             for (uint32_t type = SOFTSHADOW_SPHERE; type <= SOFTSHADOW_SUN; type++) {
-                const char is = methods[i].lights_native >> type & 1          ? 'n'
+                const char is = methods[i].lights_native >> type & 1         ? 'n'
                                 : methods[i].lights_approximated >> type & 1 ? 'a'
                                                                              : '-';
                 CHECK(is == table[m].lights[type], "%s: light %u is %c", table[m].name, type, is);
@@ -542,13 +571,13 @@ static void test_lights(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_straight_edge),  cmocka_unit_test(test_crooked_lights),
-        cmocka_unit_test(test_bleeding),       cmocka_unit_test(test_radius_to_zero),
-        cmocka_unit_test(test_resolution),     cmocka_unit_test(test_max_samples),
-        cmocka_unit_test(test_determinism),    cmocka_unit_test(test_duplicates),
-        cmocka_unit_test(test_acne),           cmocka_unit_test(test_slope),
-        cmocka_unit_test(test_odd_places),     cmocka_unit_test(test_never_nan),
-        cmocka_unit_test(test_small_maps),     cmocka_unit_test(test_profile),
+        cmocka_unit_test(test_straight_edge), cmocka_unit_test(test_crooked_lights),
+        cmocka_unit_test(test_bleeding),      cmocka_unit_test(test_radius_to_zero),
+        cmocka_unit_test(test_resolution),    cmocka_unit_test(test_max_samples),
+        cmocka_unit_test(test_determinism),   cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_acne),          cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_odd_places),    cmocka_unit_test(test_never_nan),
+        cmocka_unit_test(test_small_maps),    cmocka_unit_test(test_profile),
         cmocka_unit_test(test_lights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

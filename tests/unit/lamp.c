@@ -5,6 +5,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
+
+/* After the others: it uses their types. */
 #include <cmocka.h>
 
 #include "map/pyramid.h"
@@ -18,14 +20,23 @@ static double uniform(double low, double high) {
 
 /* A frame that looks straight down from 4, its reference plane at 0, a hundred texels a unit. */
 static ss_frame frame_down(void) {
-    return (ss_frame){.x = {1, 0, 0}, .y = {0, 1, 0}, .z = {0, 0, -1}, .inverse = .25,
-                      .nearest = -3.9, .low = {-2, -2}, .texel = .01, .far_h = 3};
+    return (ss_frame){.x = {1, 0, 0},
+                      .y = {0, 1, 0},
+                      .z = {0, 0, -1},
+                      .inverse = .25,
+                      .nearest = -3.9,
+                      .low = {-2, -2},
+                      .texel = .01,
+                      .far_h = 3};
 }
 
 static ss_light flat(uint32_t type, double turn, double tilt, double a, double b) {
     const double c = cos(turn), s = sin(turn);
-    return (ss_light){.type = type, .centre = {0, 0, 4}, .normal = {0, sin(tilt), -cos(tilt)},
-                      .u = {a * c, a * s, 0}, .v = {-b * s * cos(tilt), b * c * cos(tilt), b * c * sin(tilt)},
+    return (ss_light){.type = type,
+                      .centre = {0, 0, 4},
+                      .normal = {0, sin(tilt), -cos(tilt)},
+                      .u = {a * c, a * s, 0},
+                      .v = {-b * s * cos(tilt), b * c * cos(tilt), b * c * sin(tilt)},
                       .radius = a};
 }
 
@@ -39,7 +50,8 @@ static double count(const ss_lamp_view *view, const double low[2], const double 
         for (int i = 0; i < N; i++) {
             const double s = (2 * i + 1.0) / N - 1, t = (2 * j + 1.0) / N - 1;
             if (view->lamp->disk && s * s + t * t > 1) continue;
-            const double x = (m[1][1] * s - m[0][1] * t) / det, y = (m[0][0] * t - m[1][0] * s) / det;
+            const double x = (m[1][1] * s - m[0][1] * t) / det,
+                         y = (m[0][0] * t - m[1][0] * s) / det;
             all++, in += x > low[0] && x < high[0] && y > low[1] && y < high[1];
         }
     }
@@ -51,7 +63,8 @@ static void test_hidden(void **state) {
     const ss_frame frame = frame_down();
     for (int trial = 0; trial < 400; trial++) {
         const uint32_t type = trial & 1 ? SOFTSHADOW_RECT : SOFTSHADOW_DISK;
-        const double turn = trial % 4 < 2 ? 0 : uniform(0, 6), tilt = trial % 8 < 4 ? 0 : uniform(-1, 1);
+        const double turn = trial % 4 < 2 ? 0 : uniform(0, 6),
+                     tilt = trial % 8 < 4 ? 0 : uniform(-1, 1);
         const ss_light light = flat(type, turn, tilt, .4, type == SOFTSHADOW_DISK ? .4 : .25);
         ss_lamp lamp;
         ss_lamp_view view;
@@ -76,8 +89,11 @@ static void test_tiling(void **state) {
     (void)state;
     const ss_frame frame = frame_down();
     for (int trial = 0; trial < 200; trial++) {
-        const uint32_t type = trial % 3 == 0 ? SOFTSHADOW_RECT : trial % 3 == 1 ? SOFTSHADOW_DISK : SOFTSHADOW_SPHERE;
-        const ss_light light = flat(type, uniform(0, 6), uniform(-.5, .5), .4, type == SOFTSHADOW_RECT ? .2 : .4);
+        const uint32_t type = trial % 3 == 0   ? SOFTSHADOW_RECT
+                              : trial % 3 == 1 ? SOFTSHADOW_DISK
+                                               : SOFTSHADOW_SPHERE;
+        const ss_light light =
+            flat(type, uniform(0, 6), uniform(-.5, .5), .4, type == SOFTSHADOW_RECT ? .2 : .4);
         const double gap = pow(10, uniform(-12, 1));
         ss_lamp lamp;
         ss_lamp_view view;
@@ -129,11 +145,13 @@ static void test_pyramid(void **state) {
         for (int trial = 0; trial < 300; trial++) {
             int32_t low[2], high[2];
             for (int k = 0; k < 2; k++) {
-                low[k] = (int32_t)uniform(0, side), high[k] = low[k] + (int32_t)uniform(0, side - low[k]);
+                low[k] = (int32_t)uniform(0, side),
+                high[k] = low[k] + (int32_t)uniform(0, side - low[k]);
             }
             float least = 2;
             for (int32_t y = low[1]; y <= high[1]; y++) {
-                for (int32_t x = low[0]; x <= high[0]; x++) least = fminf(least, plane[y * side + x]);
+                for (int32_t x = low[0]; x <= high[0]; x++)
+                    least = fminf(least, plane[y * side + x]);
             }
             const float found = ss_pyramid_least(&p, low, high);
             assert_true(found <= least && found >= all);
