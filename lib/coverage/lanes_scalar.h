@@ -25,18 +25,25 @@ typedef struct vm {
     for (int i = 0; i < 16; i++) r.v[i] = (expression);                                            \
     return r
 
-/* a b + c rounded once: the product is exact in double, and a sum rounded to odd there rounds to float
- * as the exact sum does (Boldo & Melquiond 2008). */
-static inline float fma_once(float a, float b, float c) {
-    const double product = (double)a * b, addend = c, sum = product + addend;
+/* a b + c rounded once. The product is exact in double; the sum may be rounded there and then again to
+ * float, which differs from one rounding only if it lands on the middle between two floats. Then it is
+ * rounded to odd first (Boldo & Melquiond 2008). */
+static inline float round_by_odd(double product, double addend, double sum) {
     const double other = sum - product;
     const double error = (product - (sum - other)) + (addend - other);
     uint64_t bits;
     memcpy(&bits, &sum, sizeof bits);
     if ((error < 0 || error > 0) && !(bits & 1)) bits += (error > 0) == (sum > 0) ? 1 : (uint64_t)-1;
-    double odd;
-    memcpy(&odd, &bits, sizeof odd);
-    return (float)odd;
+    memcpy(&sum, &bits, sizeof bits);
+    return (float)sum;
+}
+static inline float fma_once(float a, float b, float c) {
+    const double product = (double)a * b, sum = product + c;
+    uint64_t bits;
+    memcpy(&bits, &sum, sizeof bits);
+    const int middle = (bits & 0x1fffffff) == 0x10000000;
+    const int small = __builtin_fabs(sum) < 0x1p-120; /* denormal floats have other middles */
+    return __builtin_expect(middle | small, 0) ? round_by_odd(product, c, sum) : (float)sum;
 }
 static inline float magic(float a) {
     uint32_t bits;

@@ -3,9 +3,12 @@
 libsoftshadow_core_la_SOURCES += \
   %D%/direct.c %D%/direct.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
-  %D%/group_scalar.c %D%/lanes_scalar.h \
   %D%/lattice.c %D%/lattice.h \
   %D%/view.c %D%/view.h
+noinst_LTLIBRARIES += libss_scalar.la
+libss_scalar_la_SOURCES = %D%/group_scalar.c %D%/lanes_scalar.h
+libss_scalar_la_CFLAGS = $(AM_CFLAGS) -O3 -fno-trapping-math
+libsoftshadow_core_la_LIBADD += libss_scalar.la
 EXTRA_DIST += %D%/lanes_avx2.h %D%/lanes_avx512.h
 if HAVE_X86
 noinst_LTLIBRARIES += libss_avx2.la libss_avx512.la
