@@ -1,11 +1,10 @@
-/* based on: edge functions evaluated in one order of their two ends, so that neighbours get the same
- * number with opposite signs (Woop et al. 2013), here in double. */
+/* based on: edge functions evaluated in one order of their two ends, so that neighbours get the
+ * same number with opposite signs (Woop et al. 2013), here in double. */
 #include "coverage/direct.h"
 
 #include "base/vec.h"
 
-void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle,
-                   const double p[3]) {
+void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, const double p[3]) {
     ss_world_triangle(world, triangle, direct->corner);
     for (int i = 0; i < 3; i++) ss_sub(direct->corner[i], p, direct->corner[i]);
     direct->triangle = triangle;

@@ -1,5 +1,6 @@
-/* Segments against triangles one by one, in double: for what the kernels of group.h do not take (points
- * in the light's plane, point lights, opacity tests) and the oracle that tests hold them against. */
+/* Segments against triangles one by one, in double: for what the kernels of group.h do not take
+ * (points in the light's plane, point lights, opacity tests) and the oracle that tests hold them
+ * against. */
 #ifndef SS_COVERAGE_DIRECT_H
 #define SS_COVERAGE_DIRECT_H
 
@@ -16,8 +17,8 @@ typedef struct ss_direct {
 
 void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, const double p[3]);
 
-/* Does the triangle block the segment from the point along d, 0 < t < t_end? Faces that share an edge
- * agree about it. Where the triangle is opacity-tested, what the texture says there. */
+/* Does the triangle block the segment from the point along d, 0 < t < t_end? Faces that share an
+ * edge agree about it. Where the triangle is opacity-tested, what the texture says there. */
 bool ss_direct_blocks(const ss_direct *direct, const ss_world *world, const double d[3],
                       double t_end);
 

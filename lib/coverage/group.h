@@ -1,10 +1,11 @@
-/* What hides the light from a group of nearby points: everything between them and the light is found by
- * one walk through the BVH and drawn, from each point, onto that point's own view of the light.
+/* What hides the light from a group of nearby points: everything between them and the light is
+ * found by one walk through the BVH and drawn, from each point, onto that point's own view of the
+ * light.
  *
  * A point's view is a projective map: for a caster's vertex X the three numbers
  *     h = matrix X + shift
- * are grid x times t, grid y times t, and t: how far along the segments from the point (0) to the light
- * (1; sun: any length) X lies. Rect, disk, sphere and sun differ in nothing else. */
+ * are grid x times t, grid y times t, and t: how far along the segments from the point (0) to the
+ * light (1; sun: any length) X lies. Rect, disk, sphere and sun differ in nothing else. */
 #ifndef SS_COVERAGE_GROUP_H
 #define SS_COVERAGE_GROUP_H
 
@@ -14,25 +15,24 @@
 #include "trace/shaft.h"
 
 #define SS_LANES 16
-/* An outline's edges are summed in slots found by hashing: few enough for the caches, and so few of them
- * in use that they seldom collide. Bit-planes count to SS_GROUP_USES. */
-#define SS_GROUP_SLOT_BITS 13
-#define SS_GROUP_SLOTS (1u << SS_GROUP_SLOT_BITS)
-#define SS_GROUP_LIST 3072
-#define SS_GROUP_PLANES 13
-#define SS_GROUP_USES ((1u << SS_GROUP_PLANES) - 1)
-#define SS_NO_KEY UINT32_MAX
+/* An outline's edges are summed in slots found by hashing: few enough for the caches, and so few of
+ * them in use that they seldom collide. Bit-planes count to SS_GROUP_USES. */
+#define SS_GROUP_SLOT_BITS  13
+#define SS_GROUP_SLOTS      (1u << SS_GROUP_SLOT_BITS)
+#define SS_GROUP_LIST       3072
+#define SS_GROUP_PLANES     13
+#define SS_GROUP_USES       ((1u << SS_GROUP_PLANES) - 1)
+#define SS_NO_KEY           UINT32_MAX
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
 
-#define SS_MARK_WIDE 2.5f /* no part of the light is farther from the sample that stands for it */
-
 typedef struct ss_group {
-    _Alignas(64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
+    _Alignas(
+        64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
     float shift[3][SS_LANES];
     float t_near[SS_LANES], t_far[SS_LANES]; /* casters count between them */
     uint32_t lanes;                          /* a bit for every lane that is asked */
-    uint8_t axis[3]; /* the order in which axes are summed: see ss_axis_order() */
-    ss_shaft shaft;  /* around all lanes asked */
+    uint8_t axis[3];          /* the order in which axes are summed: see ss_axis_order() */
+    ss_shaft shaft;           /* around all lanes asked */
     float middle[3], half[3]; /* a box around them, with room for rounding */
     float light_middle[3], light_half[3]; /* around the light; sun: around the directions to it, */
     float light_finite;                   /* and this is 0, else 1 */
@@ -49,19 +49,23 @@ typedef struct ss_group {
     const uint16_t *skip_lanes;
     uint32_t skip_count;
 
-    /* Out. Opacity-tested triangles in the way are not drawn but listed, as far as there is room. */
-    uint32_t *covered; /* [lane][samples->blocks x 16] */
-    uint32_t lit, dark;          /* lanes that see all of the light's samples, or none */
-    uint64_t visible[SS_LANES];  /* weight of the samples seen by the others */
+    /* Out. Opacity-tested triangles in the way are not drawn but listed, as far as there is room.
+     */
+    uint32_t *covered;          /* [lane][samples->blocks x 16] */
+    uint32_t lit, dark;         /* lanes that see all of the light's samples, or none */
+    uint64_t visible[SS_LANES]; /* weight of the samples seen by the others */
     uint32_t *listed;
     uint32_t listed_count, listed_room;
 
-    /* If not NULL, only lane 0 is asked, and two masks come out: the cells of the lattice that an edge
-     * passes through, and those from whose middle it is at most SS_MARK_WIDE cells away. */
+    /* If not NULL, only lane 0 is asked, and two masks come out: the cells of the lattice that an
+     * edge passes through, and those from whose middle it is at most SS_LATTICE_REACH cells away.
+     */
     uint32_t *marks; /* [tight, wide][blocks x 16] */
 
-    /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; the slots' keys, edge
-     * << 1 | side of the faces, all SS_NO_KEY between calls; their sums; the slots in use, and one. */
+    /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; the slots' keys,
+     * edge
+     * << 1 | side of the faces, all SS_NO_KEY between calls; their sums; the slots in use, and one.
+     */
     uint32_t *planes, *keys;
     int16_t *sums;
     uint16_t *list;
@@ -72,8 +76,8 @@ typedef struct ss_group {
 typedef struct ss_group_kernel {
     /* Fills covered, lit, dark and visible for the lanes asked. */
     void (*draw)(ss_group *group);
-    /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box; may
-     * stop when there is no more room. Reads no lane. */
+    /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box;
+     * may stop when there is no more room. Reads no lane. */
     void (*survey)(ss_group *group);
 } ss_group_kernel;
 extern const ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;

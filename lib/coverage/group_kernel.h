@@ -1,13 +1,14 @@
 /* The kernel of group.h, compiled once for every instruction set: include lanes_*.h and define
- * GROUP_KERNEL first. Static inline C throughout, so that no copy of a function built for one set can
- * take the place of another's at link time.
+ * GROUP_KERNEL first. Static inline C throughout, so that no copy of a function built for one set
+ * can take the place of another's at link time.
  *
- * A caster seen from one point is a polygon in grid coordinates. Each of its edges covers, in the rows
- * it crosses, the columns to its right; the exclusive or over the edges is the polygon. Two faces that
- * share an edge compute it from the same two projected ends, the lower one first, so they agree about it
- * bit for bit: no crack, no overlap. That is also why faces that show one side to the points may be
- * drawn by the sum of their signed edges, in which inner edges cancel: each face adds 0 or 1 to a
- * sample's winding number, and it does not matter which faces are summed together. */
+ * A caster seen from one point is a polygon in grid coordinates. Each of its edges covers, in the
+ * rows it crosses, the columns to its right; the exclusive or over the edges is the polygon. Two
+ * faces that share an edge compute it from the same two projected ends, the lower one first, so
+ * they agree about it bit for bit: no crack, no overlap. That is also why faces that show one side
+ * to the points may be drawn by the sum of their signed edges, in which inner edges cancel: each
+ * face adds 0 or 1 to a sample's winding number, and it does not matter which faces are summed
+ * together. */
 #include <string.h>
 
 #include "coverage/group.h"
@@ -31,13 +32,16 @@ static void list_triangle(ss_group *g, uint32_t triangle) {
     g->listed_count++;
 }
 
-/* Lanes from which the triangle is beside the light: on one side of the grid with all three corners. It
- * holds for corners behind the point, too, because x >= c t is kept by every mixture of corners. */
+/* Lanes from which the triangle is beside the light: on one side of the grid with all three
+ * corners. It holds for corners behind the point, too, because x >= c t is kept by every mixture of
+ * corners. */
 static inline vm beside(const walk *w, const place v[3]) {
     const vf left = f_set(0.75f), right = f_set(w->columns + 0.25f), below = f_set(0.75f),
              above = f_set(w->rows + 0.25f);
-    vm l = f_lt(f_fnma(left, v[0].t, v[0].x), f_set(0)), r = f_lt(f_set(0), f_fnma(right, v[0].t, v[0].x));
-    vm b = f_lt(f_fnma(below, v[0].t, v[0].y), f_set(0)), a = f_lt(f_set(0), f_fnma(above, v[0].t, v[0].y));
+    vm l = f_lt(f_fnma(left, v[0].t, v[0].x), f_set(0)),
+       r = f_lt(f_set(0), f_fnma(right, v[0].t, v[0].x));
+    vm b = f_lt(f_fnma(below, v[0].t, v[0].y), f_set(0)),
+       a = f_lt(f_set(0), f_fnma(above, v[0].t, v[0].y));
     for (int c = 1; c < 3; c++) {
         l = m_and(l, f_lt(f_fnma(left, v[c].t, v[c].x), f_set(0)));
         r = m_and(r, f_lt(f_set(0), f_fnma(right, v[c].t, v[c].x)));
@@ -58,7 +62,8 @@ static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
         for (int k = 0; k < 3; k++) x[c][k] = f_set(leaf->corner[c][g->axis[k]][slot]);
         v[c].t = transform_row(g, 2, x[c][0], x[c][1], x[c][2]);
     }
-    const vf least = f_min(v[0].t, f_min(v[1].t, v[2].t)), most = f_max(v[0].t, f_max(v[1].t, v[2].t));
+    const vf least = f_min(v[0].t, f_min(v[1].t, v[2].t)),
+             most = f_max(v[0].t, f_max(v[1].t, v[2].t));
     const vf near = f_load(g->t_near), far = f_load(g->t_far);
     lanes &= m_bits(m_and(f_le(near, most), f_le(least, far)));
     if (!lanes) return;
@@ -136,7 +141,8 @@ static inline uint32_t sort_children(const ss_group *g, const ss_bvh_node *node,
     for (; mask; mask &= mask - 1) {
         const uint32_t i = (uint32_t)__builtin_ctz(mask);
         uint32_t at = count++;
-        for (; at > 0 && key[at - 1] < away[i]; at--) key[at] = key[at - 1], sorted[at] = sorted[at - 1];
+        for (; at > 0 && key[at - 1] < away[i]; at--)
+            key[at] = key[at - 1], sorted[at] = sorted[at - 1];
         key[at] = away[i], sorted[at] = i;
     }
     return count;
@@ -190,7 +196,8 @@ static inline void conclude(const walk *w) {
         }
         vi added = i_zero();
         for (uint32_t b = 0; b < w->blocks; b++) {
-            added = i_or(added, i_xor(i_load(mask + SS_BLOCK * b), i_load(lattice->outside + SS_BLOCK * b)));
+            added = i_or(
+                added, i_xor(i_load(mask + SS_BLOCK * b), i_load(lattice->outside + SS_BLOCK * b)));
         }
         if (!i_any(added)) {
             g->lit |= 1u << lane;
@@ -215,7 +222,8 @@ static inline void conclude(const walk *w) {
 static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
     _Static_assert(sizeof(walk) <= SS_GROUP_WALK_BYTES, "room for a walk");
     walk *w = g->walk;
-    w->g = g, w->blocks = blocks, w->words = words, w->row_blocks = blocks / words, w->open = g->lanes;
+    w->g = g, w->blocks = blocks, w->words = words, w->row_blocks = blocks / words,
+    w->open = g->lanes;
     w->planes = 3, w->work = w->uses = w->batch.count = 0;
     w->rows = (float)(w->row_blocks * SS_BLOCK), w->columns = (float)(32 * words);
     for (uint32_t i = 0; i < w->row_blocks * SS_BLOCK; i++) w->row[i] = (float)(i + 1);
@@ -235,8 +243,10 @@ static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
 
 static void draw_group(ss_group *g) {
     g->listed_count = g->list_count = 0;
-    if (g->lattice->blocks == 2 && g->lattice->words == 1) run(g, 2, 1);
-    else run(g, g->lattice->blocks, g->lattice->words);
+    if (g->lattice->blocks == 2 && g->lattice->words == 1)
+        run(g, 2, 1);
+    else
+        run(g, g->lattice->blocks, g->lattice->words);
 }
 
 static void survey_group(ss_group *g) {
@@ -260,10 +270,12 @@ static void survey_group(ss_group *g) {
             const uint32_t l = child & ~SS_BVH_LEAF;
             const ss_bvh_leaf *leaf = &g->bvh->leaves[l];
             const box c = triangle_box(leaf);
-            vm left = m_and(m_from((1u << leaf->count) - 1), triangles_in_shaft(&g->shaft, leaf, &c));
+            vm left =
+                m_and(m_from((1u << leaf->count) - 1), triangles_in_shaft(&g->shaft, leaf, &c));
             if (!m_bits(left)) continue;
             left = m_andnot(left, triangle_sides(g, leaf, g->outline->leaf_drop[l]).hidden);
-            for (uint32_t t = m_bits(left); t; t &= t - 1) list_triangle(g, leaf->triangle[__builtin_ctz(t)]);
+            for (uint32_t t = m_bits(left); t; t &= t - 1)
+                list_triangle(g, leaf->triangle[__builtin_ctz(t)]);
         }
     }
 }

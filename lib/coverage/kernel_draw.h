@@ -2,9 +2,9 @@
 #ifndef SS_COVERAGE_KERNEL_DRAW_H
 #define SS_COVERAGE_KERNEL_DRAW_H
 
-#define MOST_EDGES 5       /* of a triangle clipped by two planes */
+#define MOST_EDGES      5  /* of a triangle clipped by two planes */
 #define MOST_ROW_BLOCKS 24 /* SS_LATTICE_MOST samples */
-#define BATCH 64           /* edges between two rounds over the lanes: their numbers stay in L1 */
+#define BATCH           64 /* edges between two rounds over the lanes: their numbers stay in L1 */
 
 /* Edges waiting to be drawn, with what each does in which lanes. */
 typedef struct batch {
@@ -20,17 +20,19 @@ typedef struct walk {
     uint32_t open; /* lanes that still see some of the light */
     float rows, columns;
     _Alignas(64) float row[MOST_ROW_BLOCKS * SS_BLOCK]; /* y of every row */
-    uint32_t work; /* edges drawn since lanes were last closed */
-    uint32_t uses; /* in the list, before cancelling */
+    uint32_t work;   /* edges drawn since lanes were last closed */
+    uint32_t uses;   /* in the list, before cancelling */
     unsigned planes; /* that are not all zero, at most */
     batch batch;
 } walk;
 
-/* ---- marking -----------------------------------------------------------------------------------*/
+/* ---- marking
+ * -----------------------------------------------------------------------------------*/
 
 /* The columns from a to b, both in grid coordinates, as bits of a word. */
 static inline uint32_t column_bits(float a, float b, uint32_t word) {
-    const float first = __builtin_ceilf(a) - 1 - 32 * (float)word, last = __builtin_floorf(b) - 1 - 32 * (float)word;
+    const float first = __builtin_ceilf(a) - 1 - 32 * (float)word,
+                last = __builtin_floorf(b) - 1 - 32 * (float)word;
     if (!(last >= 0) || !(first <= 31) || !(first <= last)) return 0;
     const uint32_t from = first > 0 ? ~0u << (uint32_t)first : ~0u;
     return last < 31 ? from & ~(~0u << ((uint32_t)last + 1)) : from;
@@ -44,7 +46,8 @@ static inline void mark_cells(const walk *w, const edge *e, float x_low, float x
     reach += SLACK;
     for (uint32_t row = 0; row < w->row_blocks * SS_BLOCK; row++) {
         const float y = (float)(row + 1);
-        const float from = y - reach > low ? y - reach : low, to = y + reach < high ? y + reach : high;
+        const float from = y - reach > low ? y - reach : low,
+                    to = y + reach < high ? y + reach : high;
         if (!(from <= to)) continue;
         float a = e->x[0] + (from - e->pivot[0]) * e->slope[0];
         float b = e->x[0] + (to - e->pivot[0]) * e->slope[0];
@@ -54,7 +57,8 @@ static inline void mark_cells(const walk *w, const edge *e, float x_low, float x
         const float left = a < b ? a : b, right = a < b ? b : a;
         for (uint32_t word = 0; word < w->words; word++) {
             const uint32_t block = row / SS_BLOCK * w->words + word;
-            marks[block * SS_BLOCK + row % SS_BLOCK] |= column_bits(left - reach, right + reach, word);
+            marks[block * SS_BLOCK + row % SS_BLOCK] |=
+                column_bits(left - reach, right + reach, word);
         }
     }
 }
@@ -64,10 +68,11 @@ static inline void mark_edge(const walk *w, const edge *e, const bounds *box) {
     f_store(x_low, box->x_low);
     f_store(x_high, box->x_high);
     mark_cells(w, e, x_low[0], x_high[0], 0.5f, w->g->marks);
-    mark_cells(w, e, x_low[0], x_high[0], SS_MARK_WIDE, w->g->marks + w->blocks * SS_BLOCK);
+    mark_cells(w, e, x_low[0], x_high[0], SS_LATTICE_REACH, w->g->marks + w->blocks * SS_BLOCK);
 }
 
-/* ---- single triangles --------------------------------------------------------------------------*/
+/* ---- single triangles
+ * --------------------------------------------------------------------------*/
 
 typedef struct polygon {
     edge edges[MOST_EDGES];
@@ -95,8 +100,8 @@ static inline void clip_triangle(const walk *w, polygon *p, const place v[3]) {
     }
 }
 
-/* Lanes in which something with these bounds can cover a sample or, with `left`, be to the left of one.
- * The margins are for rounding in x at a row. */
+/* Lanes in which something with these bounds can cover a sample or, with `left`, be to the left of
+ * one. The margins are for rounding in x at a row. */
 static inline vm touched(const walk *w, const bounds *box, int left) {
     const vf first = f_max(f_ceil(box->y_low), f_set(1));
     const vf end = f_min(f_ceil(box->y_high), f_set(w->rows + 1));
@@ -149,13 +154,15 @@ static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int 
 /* ---- outlines ----------------------------------------------------------------------------------
  *
  * A sample's winding number is how many edges to its left run up less how many run down. Both are
- * counted in bit-planes, each plane a mask, by carry-save addition: any depth is exact, because there
- * are planes for more edges than a list holds. */
+ * counted in bit-planes, each plane a mask, by carry-save addition: any depth is exact, because
+ * there are planes for more edges than a list holds. */
 
 #define PLANES SS_GROUP_PLANES
 
-static inline uint32_t *plane_at(const walk *w, unsigned lane, uint32_t block, int down, unsigned plane) {
-    return w->g->planes + ((((size_t)lane * w->blocks + block) * 2 + (size_t)down) * PLANES + plane) * SS_BLOCK;
+static inline uint32_t *plane_at(const walk *w, unsigned lane, uint32_t block, int down,
+                                 unsigned plane) {
+    return w->g->planes +
+           ((((size_t)lane * w->blocks + block) * 2 + (size_t)down) * PLANES + plane) * SS_BLOCK;
 }
 
 static inline void carry_up(walk *w, unsigned lane, uint32_t block, int down, vi carry) {
@@ -282,7 +289,8 @@ static inline void close_lanes(walk *w) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
         const uint32_t *mask = ss_group_mask(w->g, lane);
         int full = 1;
-        for (uint32_t b = 0; b < w->blocks && full; b++) full = i_all_ones(i_load(mask + SS_BLOCK * b));
+        for (uint32_t b = 0; b < w->blocks && full; b++)
+            full = i_all_ones(i_load(mask + SS_BLOCK * b));
         if (full) w->open &= ~(1u << lane);
     }
 }
@@ -295,8 +303,8 @@ static inline void flush(walk *w) {
     close_lanes(w);
 }
 
-/* Adds uses of edges by faces of one side; where two faces of that side share an edge, it goes. Whether
- * an edge is listed already cannot be foretold, so nothing branches on it. */
+/* Adds uses of edges by faces of one side; where two faces of that side share an edge, it goes.
+ * Whether an edge is listed already cannot be foretold, so nothing branches on it. */
 static inline void add_uses(ss_group *g, const uint32_t *uses, uint32_t n, uint32_t side) {
     uint32_t *const keys = g->keys;
     int16_t *const sums = g->sums;

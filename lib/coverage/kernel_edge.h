@@ -48,8 +48,8 @@ static inline pixel project(const place *a) {
     return (pixel){f_mul(a->x, r), f_mul(a->y, r)};
 }
 
-/* An end far away, where it is nearly level with the point, has lost its digits: there the line is taken
- * from the homogeneous ends, n = a x b, and hung up in the middle of the grid. */
+/* An end far away, where it is nearly level with the point, has lost its digits: there the line is
+ * taken from the homogeneous ends, n = a x b, and hung up in the middle of the grid. */
 static inline void set_far_edge(edge *e, vm where, const place *a, const place *b, float middle) {
     const vf n0 = f_sub(f_mul(a->y, b->t), f_mul(b->y, a->t));
     const vf n1 = f_sub(f_mul(b->x, a->t), f_mul(a->x, b->t));
@@ -87,7 +87,8 @@ static inline vi edge_block(const edge *e, unsigned lane, vf y, uint32_t word) {
     return i_columns_from(u, rows);
 }
 
-/* ---- clipping ----------------------------------------------------------------------------------*/
+/* ---- clipping
+ * ----------------------------------------------------------------------------------*/
 
 typedef struct segment {
     place a, b;
@@ -97,16 +98,16 @@ static inline place blend(vm m, const place *a, const place *b) {
     return (place){f_blend(m, a->x, b->x), f_blend(m, a->y, b->y), f_blend(m, a->t, b->t)};
 }
 
-/* Where the segment meets the plane; always reckoned from its inner end, so that the two faces at an
- * edge find the same place. */
+/* Where the segment meets the plane; always reckoned from its inner end, so that the two faces at
+ * an edge find the same place. */
 static inline place meet(const place *in, const place *out, vf plane) {
     const vf s = f_mul(f_sub(plane, in->t), reciprocal(f_sub(out->t, in->t)));
     return (place){f_fma(f_sub(out->x, in->x), s, in->x), f_fma(f_sub(out->y, in->y), s, in->y),
                    plane};
 }
 
-/* Keeps what is beyond the plane (far: before it) and closes the gap with one more segment. Segments
- * that are cut away shrink to one point outside the grid. */
+/* Keeps what is beyond the plane (far: before it) and closes the gap with one more segment.
+ * Segments that are cut away shrink to one point outside the grid. */
 static inline int clip(segment *s, int count, vf plane, int far) {
     const place none = {f_set(0), f_set(0), f_set(1)};
     place leave = none, enter = none;

@@ -1,5 +1,5 @@
-/* What may be between a group and the light, and from which side it is seen: tests of sixteen boxes or
- * triangles at once. All of them are certain in the direction that matters. */
+/* What may be between a group and the light, and from which side it is seen: tests of sixteen boxes
+ * or triangles at once. All of them are certain in the direction that matters. */
 #ifndef SS_COVERAGE_KERNEL_TEST_H
 #define SS_COVERAGE_KERNEL_TEST_H
 
@@ -48,9 +48,11 @@ static inline vm in_shaft(const ss_shaft *shaft, const box *b, vm *inside) {
         const vf limit = f_set(shaft->limit[p]);
         const bool x = n[0] > 0, y = n[1] > 0, z = n[2] > 0;
         in = m_and(in, f_le(height(n, x ? b->low[0] : b->high[0], y ? b->low[1] : b->high[1],
-                                   z ? b->low[2] : b->high[2]), limit));
+                                   z ? b->low[2] : b->high[2]),
+                            limit));
         whole = m_and(whole, f_le(height(n, x ? b->high[0] : b->low[0], y ? b->high[1] : b->low[1],
-                                         z ? b->high[2] : b->low[2]), limit));
+                                         z ? b->high[2] : b->low[2]),
+                                  limit));
     }
     *inside = whole;
     return in;
@@ -74,7 +76,8 @@ static inline vm triangles_in_shaft(const ss_shaft *shaft, const ss_bvh_leaf *le
 static inline vm between_planes(const ss_group *g, const box *b) {
     vf low = f_set(g->t_least), high = f_set(g->t_most);
     for (int k = 0; k < 3; k++) {
-        const vf from = f_sub(b->low[k], f_set(g->middle[k])), to = f_sub(b->high[k], f_set(g->middle[k]));
+        const vf from = f_sub(b->low[k], f_set(g->middle[k])),
+                 to = f_sub(b->high[k], f_set(g->middle[k]));
         const vf n = f_set(g->t_axis[k]);
         const vf one = f_mul(from, n), two = f_mul(to, n);
         const vf spread = f_mul(f_set(g->t_spread[k]), f_max(f_abs(from), f_abs(to)));
@@ -84,19 +87,20 @@ static inline vm between_planes(const ss_group *g, const box *b) {
     return m_and(f_lt(f_set(g->t_safe), low), f_lt(high, f_set(g->t_beyond)));
 }
 
-/* ---- sides -------------------------------------------------------------------------------------*/
+/* ---- sides
+ * -------------------------------------------------------------------------------------*/
 
-/* front, back: all faces show it to all points; hidden: need not be drawn, because points and light are
- * on one side of all faces, which are therefore in nobody's way, or because the faces behind will do
- * (outline.h). */
+/* front, back: all faces show it to all points; hidden: need not be drawn, because points and light
+ * are on one side of all faces, which are therefore in nobody's way, or because the faces behind
+ * will do (outline.h). */
 typedef struct sides {
     vm front, back, hidden;
 } sides;
 
-/* Where a body (middle w, half size h, relative to the faces' middles) lies to planes whose normals and
- * offsets are in these ranges. */
-static inline void side_of(const ss_outline_node *o, const vf w[3], const float h[3], vf low, vf high,
-                           vm *front, vm *back) {
+/* Where a body (middle w, half size h, relative to the faces' middles) lies to planes whose normals
+ * and offsets are in these ranges. */
+static inline void side_of(const ss_outline_node *o, const vf w[3], const float h[3], vf low,
+                           vf high, vm *front, vm *back) {
     vf least = f_set(0), most = f_set(0), slack = f_set(0), along = f_set(0), square = f_set(0);
     for (int k = 0; k < 3; k++) {
         const vf a = f_load(o->normal_low[k]), b = f_load(o->normal_high[k]);
@@ -114,7 +118,8 @@ static inline void side_of(const ss_outline_node *o, const vf w[3], const float 
     const vf cosine = f_load(o->cosine), lean = f_mul(across, f_load(o->sine));
     const vf main = f_mul(along, cosine);
     const vm cone = f_lt(f_set(0), cosine);
-    const vm ahead = m_and(cone, f_lt(f_set(0), along)), behind = m_and(cone, f_lt(along, f_set(0)));
+    const vm ahead = m_and(cone, f_lt(f_set(0), along)),
+             behind = m_and(cone, f_lt(along, f_set(0)));
     *front = m_or(*front, m_and(ahead, f_lt(high, f_sub(f_sub(main, lean), slack))));
     *back = m_or(*back, m_and(behind, f_lt(f_add(f_add(main, lean), slack), low)));
 }
@@ -122,7 +127,8 @@ static inline void side_of(const ss_outline_node *o, const vf w[3], const float 
 static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
     sides s;
     vm light_front, light_back;
-    const vf low = f_load(o->offset_low), high = f_load(o->offset_high), finite = f_set(g->light_finite);
+    const vf low = f_load(o->offset_low), high = f_load(o->offset_high),
+             finite = f_set(g->light_finite);
     vf w[3], l[3];
     for (int k = 0; k < 3; k++) {
         const vf middle = f_load(o->middle[k]);
@@ -144,7 +150,8 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
     vf e[3], f[3], n[3], from[3];
     for (int k = 0; k < 3; k++) {
         from[k] = f_load(leaf->corner[0][k]);
-        e[k] = f_sub(f_load(leaf->corner[1][k]), from[k]), f[k] = f_sub(f_load(leaf->corner[2][k]), from[k]);
+        e[k] = f_sub(f_load(leaf->corner[1][k]), from[k]),
+        f[k] = f_sub(f_load(leaf->corner[2][k]), from[k]);
     }
     vf at = f_set(0), slack = f_set(0), light = f_set(0), light_slack = f_set(0), size = f_set(0),
        longest = f_set(0);
@@ -170,7 +177,8 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
     light_slack = f_fma(f_mul(size, f_add(l_size, f_set(1))), reach, light_slack);
     /* Thinner than rounding: see ss_outline_build(). */
     const vm solid = f_lt(f_mul(longest, f_set(4 * SIDE_ERROR)), size);
-    const vm light_front = f_lt(light_slack, light), light_back = f_lt(f_add(light, light_slack), f_set(0));
+    const vm light_front = f_lt(light_slack, light),
+             light_back = f_lt(f_add(light, light_slack), f_set(0));
     sides s;
     s.front = m_and(solid, f_lt(slack, at));
     s.back = m_and(solid, f_lt(f_add(at, slack), f_set(0)));

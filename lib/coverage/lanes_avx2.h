@@ -91,7 +91,8 @@ static inline vi i_set(uint32_t x) {
     return BOTH(vi, _mm256_set1_epi32((int)x), _mm256_set1_epi32((int)x));
 }
 static inline vi i_load(const uint32_t *p) {
-    return BOTH(vi, _mm256_load_si256((const __m256i *)p), _mm256_load_si256((const __m256i *)p + 1));
+    return BOTH(vi, _mm256_load_si256((const __m256i *)p),
+                _mm256_load_si256((const __m256i *)p + 1));
 }
 static inline void i_store(uint32_t *p, vi x) {
     _mm256_store_si256((__m256i *)p, x.a), _mm256_store_si256((__m256i *)p + 1, x.b);
@@ -109,9 +110,7 @@ static inline vi i_xor(vi x, vi y) {
     return BOTH(vi, _mm256_xor_si256(x.a, y.a), _mm256_xor_si256(x.b, y.b));
 }
 static inline vi i_xor3(vi x, vi y, vi z) { return i_xor(i_xor(x, y), z); }
-static inline vi i_majority(vi x, vi y, vi z) {
-    return i_or(i_and(x, y), i_and(z, i_or(x, y)));
-}
+static inline vi i_majority(vi x, vi y, vi z) { return i_or(i_and(x, y), i_and(z, i_or(x, y))); }
 static inline int i_all_ones(vi x) {
     const __m256i both = _mm256_and_si256(x.a, x.b);
     return _mm256_testc_si256(both, _mm256_set1_epi32(-1));
@@ -133,7 +132,8 @@ static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
     uint64_t bits = 0;
     for (int i = 0; i < 64; i += 32) { /* the bit to each word's sign, words to bytes, signs out */
         const __m256i a = _mm256_sll_epi16(_mm256_load_si256((const __m256i *)(lanes + i)), shift);
-        const __m256i b = _mm256_sll_epi16(_mm256_load_si256((const __m256i *)(lanes + i + 16)), shift);
+        const __m256i b =
+            _mm256_sll_epi16(_mm256_load_si256((const __m256i *)(lanes + i + 16)), shift);
         const __m256i both = _mm256_packs_epi16(_mm256_srai_epi16(a, 15), _mm256_srai_epi16(b, 15));
         const __m256i ordered = _mm256_permute4x64_epi64(both, 0xd8);
         bits |= (uint64_t)(uint32_t)_mm256_movemask_epi8(ordered) << i;

@@ -1,6 +1,6 @@
-/* Sixteen lanes in plain C. What lanes_avx2.h and lanes_avx512.h do with vector registers, bit for bit:
- *   vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for each lane
- * f_fma rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
+/* Sixteen lanes in plain C. What lanes_avx2.h and lanes_avx512.h do with vector registers, bit for
+ * bit: vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for each lane f_fma
+ * rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
  * where m is true. f_magic is a first guess of 1 / a, within 13 %. i_columns_from gives the bits
  * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32.
  * lane_bits gives bit `lane` of sixty-four numbers. */
@@ -25,15 +25,16 @@ typedef struct vm {
     for (int i = 0; i < 16; i++) r.v[i] = (expression);                                            \
     return r
 
-/* a b + c rounded once. The product is exact in double; the sum may be rounded there and then again to
- * float, which differs from one rounding only if it lands on the middle between two floats. Then it is
- * rounded to odd first (Boldo & Melquiond 2008). */
+/* a b + c rounded once. The product is exact in double; the sum may be rounded there and then again
+ * to float, which differs from one rounding only if it lands on the middle between two floats. Then
+ * it is rounded to odd first (Boldo & Melquiond 2008). */
 static inline float round_by_odd(double product, double addend, double sum) {
     const double other = sum - product;
     const double error = (product - (sum - other)) + (addend - other);
     uint64_t bits;
     memcpy(&bits, &sum, sizeof bits);
-    if ((error < 0 || error > 0) && !(bits & 1)) bits += (error > 0) == (sum > 0) ? 1 : (uint64_t)-1;
+    if ((error < 0 || error > 0) && !(bits & 1))
+        bits += (error > 0) == (sum > 0) ? 1 : (uint64_t)-1;
     memcpy(&sum, &bits, sizeof bits);
     return (float)sum;
 }

@@ -7,9 +7,9 @@
 #include "base/memory.h"
 #include "base/status.h"
 
-#define FINE 512        /* the shape is measured on a grid of this many squared places */
-#define CELL 16         /* weight of a whole cell */
-#define PROFILE_UNIT 64 /* a profile's largest weight multiplies by this */
+#define FINE         512 /* the shape is measured on a grid of this many squared places */
+#define CELL         16  /* weight of a whole cell */
+#define PROFILE_UNIT 64  /* a profile's largest weight multiplies by this */
 
 /* The golden ratio's slope, and an origin with no symmetry of the lattice. */
 static const double turn[2] = {0.85065080835203993, 0.52573111211913359};
@@ -53,8 +53,10 @@ static double fit(bool disk, uint32_t count, int low[2], int high[2]) {
     for (int round = 0; round < 60; round++) {
         const uint32_t found = count_points(disk, size, low, high);
         if (found == count) break;
-        if (found < count) coarse = size;
-        else fine = size;
+        if (found < count)
+            coarse = size;
+        else
+            fine = size;
         size = (coarse + fine) / 2;
     }
     return size;
@@ -127,7 +129,7 @@ static void measure(const ss_lattice *lattice, const ss_light *light, bool disk,
     for (uint32_t i = 0; i < fine * fine; i++) {
         const double s = (2 * (i % fine) + 1.0) / fine - 1, t = (2 * (i / fine) + 1.0) / fine - 1;
         if (!on_shape(disk, s, t)) continue;
-        const double (*g)[3] = (const double (*)[3])lattice->grid;
+        const double(*g)[3] = (const double(*)[3])lattice->grid;
         const uint32_t at = nearest(lattice, g[0][0] * s + g[0][1] * t + g[0][2],
                                     g[1][0] * s + g[1][1] * t + g[1][2]);
         if (at == UINT32_MAX) continue;
@@ -152,8 +154,10 @@ static void set_weights(ss_lattice *lattice, const double *area, double *content
     double sum = 0, error = 0;
     for (size_t i = 0; i < places; i++) {
         if (lattice->outside[i / 32] >> (i % 32) & 1) continue;
-        if (is_inner(lattice, (uint32_t)(i / 32), i % 32)) content[i] /= area[i]; /* measured with noise */
-        else lattice->rim[i / 32] |= 1u << (i % 32);
+        if (is_inner(lattice, (uint32_t)(i / 32), i % 32))
+            content[i] /= area[i]; /* measured with noise */
+        else
+            lattice->rim[i / 32] |= 1u << (i % 32);
         const double weight = unit * content[i];
         lattice->weight[i] = (uint32_t)lrint(most > 0 ? weight : fmax(weight, 1));
         lattice->total += lattice->weight[i];
@@ -218,8 +222,10 @@ softshadow_status ss_lattice_create(ss_lattice **out, const ss_light *light, uin
         status = weigh(samples, light, disk);
         if (!status) status = make_planes(samples);
     }
-    if (!status) *out = samples;
-    else ss_lattice_destroy(samples);
+    if (!status)
+        *out = samples;
+    else
+        ss_lattice_destroy(samples);
     return status;
 }
 

@@ -1,7 +1,9 @@
 # What hides the light: samples, and kernels for each instruction set. Those are libraries of their own,
 # for their flags; nothing in them but static inline C and one entry.
 libsoftshadow_core_la_SOURCES += \
+  %D%/bound.c %D%/bound.h \
   %D%/direct.c %D%/direct.h \
+  %D%/floor.c %D%/floor.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/lattice.c %D%/lattice.h \
   %D%/view.c %D%/view.h

@@ -19,13 +19,15 @@ bool ss_group_set_lane(ss_group *g, unsigned lane, const ss_view *view, const do
     const double(*grid)[3] = (const double(*)[3])g->lattice->grid;
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 2; i++) {
-            map[i][k] = (grid[i][0] * row[0][k] + grid[i][1] * row[1][k] + grid[i][2] * row[2][k]) / det;
+            map[i][k] =
+                (grid[i][0] * row[0][k] + grid[i][1] * row[1][k] + grid[i][2] * row[2][k]) / det;
         }
         map[2][k] = row[2][k] / det;
         reach += fabs(map[2][k]);
     }
     for (int i = 0; i < 3; i++) shift[i] = -ss_dot(map[i], p);
-    const double near = SS_FLOAT_REACH * reach, far = view->t_end - SS_FLOAT_REACH * (reach + fabs(shift[2]));
+    const double near = SS_FLOAT_REACH * reach,
+                 far = view->t_end - SS_FLOAT_REACH * (reach + fabs(shift[2]));
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) g->matrix[i][k][lane] = (float)map[i][k];
         g->shift[i][lane] = (float)shift[i];
@@ -111,4 +113,3 @@ void ss_group_enclose_depths(ss_group *g, double reach) {
         g->t_spread[g->axis[k]] = (float)((most[k] - least[k]) * 0.5000001);
     }
 }
-

@@ -1,8 +1,9 @@
-/* exact: no noise. For a group of nearby points everything between them and the light is found once and
- * drawn, from each point, onto the light; what stays uncovered of one fixed set of samples is seen.
+/* exact: no noise. For a group of nearby points everything between them and the light is found once
+ * and drawn, from each point, onto the light; what stays uncovered of one fixed set of samples is
+ * seen.
  *
- * A point's answer is a function of the point alone: the group only decides what is looked at together
- * and what is certainly not in the way. */
+ * A point's answer is a function of the point alone: the group only decides what is looked at
+ * together and what is certainly not in the way. */
 #include "technique/exact.h"
 
 #include <math.h>
@@ -10,19 +11,22 @@
 
 #include "base/status.h"
 #include "base/vec.h"
+#include "coverage/bound.h"
 #include "coverage/direct.h"
+#include "coverage/floor.h"
 #include "coverage/group.h"
 #include "coverage/view.h"
 #include "trace/contact.h"
 
-/* As many as fill the smallest grid that keeps a tolerance of 1/256: more would cost twice as much. */
+/* As many as fill the smallest grid that keeps a tolerance of 1/256: more would cost twice as much.
+ */
 #define DEFAULT_DISK 768
 #define DEFAULT_RECT 528
 
 typedef struct exact {
     ss_lattice *samples;
     ss_outline *outline;
-    ss_light light;  /* with its axes in summing order */
+    ss_light light; /* with its axes in summing order */
     uint8_t axis[3];
     uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
     const ss_group_kernel *kernel;
@@ -36,7 +40,7 @@ typedef struct scratch {
     ss_group *group;
     ss_contact *contact; /* per lane */
     ss_contact_face *faces;
-    ss_view *view;       /* per lane, axes in summing order */
+    ss_view *view; /* per lane, axes in summing order */
     uint32_t *skip;
     uint16_t *skip_lanes;
     uint32_t *marks; /* tight, wide: see ss_group */
@@ -46,10 +50,12 @@ typedef struct scratch {
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 
-/* ---- building ----------------------------------------------------------------------------------*/
+/* ---- building
+ * ----------------------------------------------------------------------------------*/
 
-/* Floats are summed in an order of axes that turns with the scene: bits then do not depend on how the
- * scene's axes are named. The first vertex that tells two axes apart decides, else the light. */
+/* Floats are summed in an order of axes that turns with the scene: bits then do not depend on how
+ * the scene's axes are named. The first vertex that tells two axes apart decides, else the light.
+ */
 static int compare_axes(const ss_world *world, const ss_light *light, int a, int b) {
     for (size_t v = 0; v < world->vertex_count; v++) {
         const float x = world->vertices[3 * v + (size_t)a], y = world->vertices[3 * v + (size_t)b];
@@ -104,8 +110,8 @@ static void exact_destroy(void *state) {
     ss_free(e);
 }
 
-/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are only
- * followed to where they would enter the sphere. */
+/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are
+ * only followed to where they would enter the sphere. */
 static void bound_light(const ss_light *light, double low[3], double high[3]) {
     for (int k = 0; k < 3; k++) {
         double reach = fabs(light->u[k]) + fabs(light->v[k]);
@@ -144,8 +150,10 @@ static softshadow_status exact_build(const ss_stage *stage, void **state) {
         status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, low, high,
                                   stage->pool);
     }
-    if (status) exact_destroy(e);
-    else *state = e;
+    if (status)
+        exact_destroy(e);
+    else
+        *state = e;
     return status;
 }
 
@@ -154,54 +162,30 @@ static size_t exact_bytes(const void *state) {
     return sizeof *e + ss_lattice_bytes(e->samples) + ss_outline_bytes(e->outline);
 }
 
-/* ---- a point's view of the light ---------------------------------------------------------------*/
+/* ---- a point's view of the light
+ * ---------------------------------------------------------------*/
 
 static void direction(const ss_view *view, double s, double t, double d[3]) {
     for (int k = 0; k < 3; k++) d[k] = view->centre[k] + s * view->a[k] + t * view->b[k];
 }
 
-/* ---- samples -----------------------------------------------------------------------------------*/
+/* ---- samples
+ * -----------------------------------------------------------------------------------*/
 
 static bool is_covered(const uint32_t *mask, uint32_t place) {
     return mask[place / 32] >> (place % 32) & 1;
 }
 
-/* What is below the horizon of a given normal is hidden: part of the light, all or none of it. In grid
- * coordinates the height above the horizon is  base + along x + across y. */
-static void hide_below(const ss_lattice *lattice, const ss_view *view, const double normal[3],
-                       uint32_t *mask) {
-    const double height = ss_dot(normal, view->centre);
-    const double a = ss_dot(normal, view->a), b = ss_dot(normal, view->b);
-    if (height > fabs(a) + fabs(b)) return;
-    const double(*g)[3] = lattice->grid;
-    const double det = g[0][0] * g[1][1] - g[0][1] * g[1][0];
-    const double along = (a * g[1][1] - b * g[1][0]) / det;
-    const double across = (b * g[0][0] - a * g[0][1]) / det;
-    const double base = height - along * g[0][2] - across * g[1][2];
-    for (uint32_t block = 0; block < lattice->blocks; block++) {
-        const double first = 32.0 * (block % lattice->words) + 1;
-        for (uint32_t i = 0; i < SS_BLOCK; i++) {
-            const double y = block / lattice->words * SS_BLOCK + i + 1;
-            const double left = base + across * y + along * first; /* height at column 0 */
-            /* Columns below: left + along c <= 0. */
-            const double edge = -left / along;
-            uint32_t below = left <= 0 ? ~0u : 0;
-            if (along > 0) below = edge < 0 ? 0 : edge >= 31 ? ~0u : ~(~0u << ((uint32_t)edge + 1));
-            if (along < 0) below = edge <= 0 ? ~0u : edge > 31 ? 0 : ~0u << (uint32_t)ceil(edge);
-            mask[block * SS_BLOCK + i] |= below;
-        }
-    }
-}
-
 /* Directions in the world's axes. */
-static void world_direction(const scratch *s, unsigned lane, double at_s, double at_t, double d[3]) {
+static void world_direction(const scratch *s, unsigned lane, double at_s, double at_t,
+                            double d[3]) {
     double turned[3];
     direction(&s->view[lane], at_s, at_t, turned);
     for (int k = 0; k < 3; k++) d[s->state->axis[k]] = turned[k];
 }
 
-/* Can a face near the point be in the way at all? Not if the whole square around the light is beyond one
- * of its edges and within another: sides are linear in the direction. */
+/* Can a face near the point be in the way at all? Not if the whole square around the light is
+ * beyond one of its edges and within another: sides are linear in the direction. */
 static bool can_block(const double v[3][3], const double square[4][3]) {
     bool left = false, right = false;
     for (int i = 0; i < 3; i++) {
@@ -222,7 +206,8 @@ static bool any_tested_blocks(const scratch *s, unsigned lane) {
     if (!contact->tested_count) return false;
     for (int c = 0; c < 4; c++) world_direction(s, lane, c & 1 ? 1 : -1, c & 2 ? 1 : -1, square[c]);
     for (uint32_t i = 0; i < contact->tested_count; i++) {
-        if (can_block((const double(*)[3])contact->tested[i], (const double(*)[3])square)) return true;
+        if (can_block((const double(*)[3])contact->tested[i], (const double(*)[3])square))
+            return true;
     }
     return false;
 }
@@ -249,20 +234,24 @@ static float fraction(const scratch *s, const ss_view *view, const double *norma
     const ss_lattice *samples = s->state->samples;
     const uint32_t weighting = s->stage->params->weighting;
     if (weighting == SOFTSHADOW_UNIFORM) {
-        return samples->total ? (float)((double)ss_lattice_visible(samples, mask) / (double)samples->total) : 0;
+        return samples->total
+                   ? (float)((double)ss_lattice_visible(samples, mask) / (double)samples->total)
+                   : 0;
     }
     double seen = 0, all = 0;
     for (uint32_t i = 0; i < samples->blocks * SS_BLOCK * 32; i++) {
         if (!samples->weight[i]) continue;
-        const double weight = samples->weight[i] * ss_light_weight(&s->state->light, view, weighting,
-                                                                   normal, samples->s[i], samples->t[i]);
+        const double weight =
+            samples->weight[i] * ss_light_weight(&s->state->light, view, weighting, normal,
+                                                 samples->s[i], samples->t[i]);
         all += weight;
         if (!is_covered(mask, i)) seen += weight;
     }
     return all > 0 ? (float)(seen / all) : 0;
 }
 
-/* ---- one point, in double ----------------------------------------------------------------------*/
+/* ---- one point, in double
+ * ----------------------------------------------------------------------*/
 
 static bool room_for(scratch *s, size_t count) {
     if (count <= s->direct_room) return true;
@@ -304,7 +293,8 @@ static float hard(const scratch *s, unsigned lane, const double *normal, size_t 
     const double t_end = view->t_end < INFINITY ? view->t_end : INFINITY;
     double d[3];
     if (normal && ss_light_below(view, normal, 0, 0)) return 0;
-    if (ss_light_weight(&s->state->light, view, s->stage->params->weighting, normal, 0, 0) <= 0) return 0;
+    if (ss_light_weight(&s->state->light, view, s->stage->params->weighting, normal, 0, 0) <= 0)
+        return 0;
     for (int k = 0; k < 3; k++) d[s->state->axis[k]] = view->centre[k];
     if (contact->tested_count && ss_contact_blocked(contact, s->stage->world, d, t_end)) return 0;
     for (size_t j = 0; j < direct_count; j++) {
@@ -313,7 +303,8 @@ static float hard(const scratch *s, unsigned lane, const double *normal, size_t 
     return 1;
 }
 
-/* ---- groups ------------------------------------------------------------------------------------*/
+/* ---- groups
+ * ------------------------------------------------------------------------------------*/
 
 /* The normal in summing order; NULL if none was given. */
 static const double *normal_of(const exact *e, const ss_point *point, double out[3]) {
@@ -330,7 +321,7 @@ static float finish(scratch *s, unsigned lane, const ss_point *point, size_t dir
     const double *normal = normal_of(e, point, turned);
     uint32_t *mask = ss_group_mask(s->group, lane);
     hide_tested(s, lane, direct_count, view->t_end, mask);
-    if (normal) hide_below(e->samples, view, normal, mask);
+    if (normal) ss_bound_hide_below(e->samples, view, normal, mask);
     return fraction(s, view, normal, mask);
 }
 
@@ -350,7 +341,8 @@ static bool finish_fast(const scratch *s, unsigned lane, const ss_point *point, 
     return true;
 }
 
-static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point *point, float *out) {
+static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point *point,
+                                       float *out) {
     const exact *e = s->state;
     double turned[3];
     size_t count = 0;
@@ -372,7 +364,8 @@ static void skip_near(scratch *s, unsigned lane) {
     for (uint32_t i = 0; i < contact->near_count; i++) {
         uint32_t j = 0;
         while (j < g->skip_count && s->skip[j] != contact->near[i]) j++;
-        if (j == g->skip_count) s->skip[j] = contact->near[i], s->skip_lanes[j] = 0, g->skip_count++;
+        if (j == g->skip_count)
+            s->skip[j] = contact->near[i], s->skip_lanes[j] = 0, g->skip_count++;
         s->skip_lanes[j] |= (uint16_t)(1u << lane);
     }
 }
@@ -383,7 +376,8 @@ static double near_reach(const ss_world *world, const ss_point *point) {
     for (int k = 0; k < 3; k++) {
         const double origin = (world->low[k] + world->half[k]) * world->scale;
         size = fmax(size, fabs(point->p[k] + origin));
-        size = fmax(size, fmax(fabs(world->bounds[k] + origin), fabs(world->bounds[3 + k] + origin)));
+        size =
+            fmax(size, fmax(fabs(world->bounds[k] + origin), fabs(world->bounds[3 + k] + origin)));
     }
     return SS_NEAR + 8 * (double)point->ulp * (size + 1) + 2 * SS_TOUCH;
 }
@@ -397,7 +391,8 @@ static softshadow_status draw(scratch *s, double reach) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel->draw(g);
         if (g->listed_count <= g->listed_room) return SOFTSHADOW_OK;
-        if (!room_for(s, g->listed_count)) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
+        if (!room_for(s, g->listed_count))
+            return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     }
 }
 
@@ -454,129 +449,11 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     return SOFTSHADOW_OK;
 }
 
-/* ---- bounds -------------------------------------------------------------------------------------
- *
- * Where no edge of what was drawn passes through a sample's cell, the sample speaks for all of the cell.
- * So the answer is off by at most the weight of the other cells. Points are drawn one by one for it:
- * which edges cancel depends on the group, and a bound shall not. */
-
-/* Adds the cells that the horizon of a given normal passes. */
-static void mark_horizon(const ss_lattice *lattice, const ss_view *view, const double normal[3],
-                         uint32_t *tight, uint32_t *wide) {
-    const double(*g)[3] = lattice->grid;
-    const double a = ss_dot(normal, view->a), b = ss_dot(normal, view->b);
-    const double det = fabs(g[0][0] * g[1][1] - g[0][1] * g[1][0]);
-    const double cell = (fabs(a * g[1][1] - b * g[1][0]) + fabs(b * g[0][0] - a * g[0][1])) / det;
-    for (uint32_t i = 0; i < lattice->blocks * SS_BLOCK * 32; i++) {
-        double d[3];
-        direction(view, lattice->s[i], lattice->t[i], d);
-        const double height = fabs(ss_dot(normal, d));
-        tight[i / 32] |= (uint32_t)(height <= 0.51 * cell) << (i % 32);
-        wide[i / 32] |= (uint32_t)(height <= 1.01 * SS_MARK_WIDE * cell) << (i % 32);
-    }
-}
-
-/* What a sample counts, and into *change by how much that can be wrong for its cell. The middle of a cell
- * is right for weights that change evenly, so inside it is a part of the second difference; at the rim
- * the sample is not in the middle, and it is the first. */
-static double weight_of(const scratch *s, const double *normal, uint32_t place, double *change) {
-    const ss_lattice *lattice = s->state->samples;
-    const ss_light *light = &s->state->light;
-    const uint32_t weighting = s->stage->params->weighting;
-    *change = 0;
-    if (weighting == SOFTSHADOW_UNIFORM) return lattice->weight[place];
-    const double x = lattice->s[place], y = lattice->t[place];
-    const double here = ss_light_weight(light, s->view, weighting, normal, x, y);
-    const double(*g)[3] = lattice->grid;
-    const double det = g[0][0] * g[1][1] - g[0][1] * g[1][0];
-    for (int i = 0; i < 2; i++) {
-        const double ds = (i ? -g[0][1] : g[1][1]) / det, dt = (i ? g[0][0] : -g[1][0]) / det;
-        const double next = ss_light_weight(light, s->view, weighting, normal, x + ds, y + dt);
-        const double last = ss_light_weight(light, s->view, weighting, normal, x - ds, y - dt);
-        if (is_covered(lattice->rim, place)) *change += fmax(fabs(next - here), fabs(last - here));
-        else *change += fabs(next + last - 2 * here) / 4;
-    }
-    *change *= lattice->weight[place];
-    return here * lattice->weight[place];
-}
-
-static float sum_marks(const scratch *s, const double *normal) {
-    const ss_lattice *lattice = s->state->samples;
-    const uint32_t *tight = s->marks, *wide = s->marks + (size_t)lattice->blocks * SS_BLOCK;
-    double marked = 0, total = 0, changes = 0;
-    for (uint32_t i = 0; i < lattice->blocks * SS_BLOCK * 32; i++) {
-        if (is_covered(lattice->outside, i)) continue;
-        double change;
-        const double weight = weight_of(s, normal, i, &change);
-        total += weight, changes += change;
-        if (is_covered(tight, i) || (is_covered(lattice->rim, i) && is_covered(wide, i))) marked += weight + change;
-    }
-    if (!(total > 0)) return changes > 0 ? 1 : 0; /* nothing of the light counts: 0 by definition */
-    return (float)fmin(1, (marked + changes) / total + lattice->weight_error + 0x1p-20);
-}
-
 /* ---- settling -----------------------------------------------------------------------------------
  *
  * A block of points is lit when nothing is in its shaft but faces that its points lie on. */
 
-#define SURVIVORS 4   /* faces in the way looked at one by one */
-#define LEAST_SINE 0.01 /* of the light's height over such a face */
-
-typedef struct floor_face {
-    double normal[3], offset; /* the light is on its positive side */
-    double sine;              /* at least, of the angle at which segments leave it */
-    uint32_t triangle;
-} floor_face;
-
-/* The face as a plane with all of the light well above it, as seen from the box; false if it is not. */
-static bool make_floor(const scratch *s, uint32_t triangle, const double low[3], const double high[3],
-                       floor_face *f) {
-    const ss_light *light = s->stage->light;
-    double corner[3][3], one[3], two[3], down[3], farthest = 0;
-    ss_world_triangle(s->stage->world, triangle, corner);
-    ss_sub(corner[1], corner[0], one);
-    ss_sub(corner[2], corner[0], two);
-    ss_cross(one, two, f->normal);
-    if (!ss_normalize(f->normal)) return false;
-    f->triangle = triangle;
-    const bool sun = light->type == SOFTSHADOW_SUN;
-    f->offset = ss_dot(f->normal, corner[0]);
-    const double side = ss_dot(f->normal, sun ? light->normal : light->centre) - (sun ? 0 : f->offset);
-    for (int k = 0; k < 3 && side < 0; k++) f->normal[k] = -f->normal[k];
-    if (side < 0) f->offset = -f->offset;
-    for (int k = 0; k < 3; k++) down[k] = -f->normal[k];
-    if (sun) {
-        const double spread = hypot(ss_dot(down, light->u), ss_dot(down, light->v));
-        f->sine = (ss_dot(f->normal, light->normal) - spread) / hypot(1, light->radius);
-        return f->sine >= LEAST_SINE;
-    }
-    for (int k = 0; k < 3; k++) {
-        const double to = fmax(fabs(light->centre[k] - low[k]), fabs(light->centre[k] - high[k]));
-        farthest += to * to;
-    }
-    const double lowest = -ss_light_support(light, low, high, down) - f->offset;
-    f->sine = lowest / (sqrt(farthest) + 2 * light->radius);
-    return f->sine >= LEAST_SINE;
-}
-
-static bool same_plane(const ss_world *world, const floor_face *f, uint32_t triangle) {
-    double corner[3][3];
-    ss_world_triangle(world, triangle, corner);
-    for (int i = 0; i < 3; i++) {
-        if (fabs(ss_dot(f->normal, corner[i]) - f->offset) > SS_TOUCH) return false;
-    }
-    return true;
-}
-
-/* Is the point above the face, or so little below it that it touches whatever its segments could meet?
- * From that depth they leave the plane within depth / sine, and 4 ulp of 1/2 or more is touching. */
-static bool stands_on(const scratch *s, const ss_point *point, const floor_face *f) {
-    const double height = ss_dot(f->normal, point->p) - f->offset;
-    if (height > SS_NEAR) return true;
-    if (point->ulp > 0) return height >= -2 * (double)point->ulp * f->sine / (1 + f->sine);
-    return point->triangle == f->triangle ||
-           (point->triangle != SS_NO_TRIANGLE && same_plane(s->stage->world, f, point->triangle));
-}
+#define SURVIVORS 4 /* faces in the way looked at one by one */
 
 static bool all_above(const scratch *s, const ss_point *points, size_t n) {
     for (size_t i = 0; i < n; i++) {
@@ -591,29 +468,34 @@ static bool all_above(const scratch *s, const ss_point *points, size_t n) {
 static bool settles(scratch *s, const ss_point *points, size_t n) {
     ss_group *g = s->group;
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    floor_face face[SURVIVORS];
+    const ss_world *world = s->stage->world;
+    ss_floor face[SURVIVORS];
     for (size_t i = 0; i < n && n > SS_LANES; i++) {
         for (int k = 0; k < 3; k++) {
             low[k] = points[i].p[k] < low[k] ? points[i].p[k] : low[k];
             high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
         }
     }
-    if (n > SS_LANES) ss_group_enclose_box(g, s->stage->light, low, high);
-    else enclose_group(s, points, n, low, high);
+    if (n > SS_LANES)
+        ss_group_enclose_box(g, s->stage->light, low, high);
+    else
+        enclose_group(s, points, n, low, high);
     if (!s->may_settle) return false;
     g->listed = s->triangles, g->listed_room = SURVIVORS;
     s->state->kernel->survey(g);
     if (g->listed_count > SURVIVORS) return false;
     for (uint32_t i = 0; i < g->listed_count; i++) {
-        if (!make_floor(s, s->triangles[i], low, high, &face[i])) return false;
+        if (!ss_floor_make(&face[i], world, s->stage->light, s->triangles[i], low, high))
+            return false;
         for (size_t j = 0; j < n; j++) {
-            if (!stands_on(s, &points[j], &face[i])) return false;
+            if (!ss_floor_holds(&face[i], world, &points[j])) return false;
         }
     }
     return all_above(s, points, n);
 }
 
-/* As answer_group(), but for one point, and only how wrong that can be. */
+/* As answer_group(), but for one point, and only how wrong that can be: which edges cancel depends
+ * on the group, and a bound shall not. */
 static softshadow_status find_bound(scratch *s, const ss_point *point, float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
@@ -627,6 +509,7 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
     ss_contact_find(s->stage->bvh, s->stage->world, point, s->faces, contact);
     turn(e->axis, contact->p, p);
     ss_light_view(&e->light, p, s->view);
+    uint32_t *wide = s->marks + (size_t)e->samples->blocks * SS_BLOCK;
     *out = e->light.point || s->view->inside ? 0 : 1;
     g->skip_count = 0, g->lanes = 1;
     if (e->light.point || s->view->inside || s->view->edge_on) return SOFTSHADOW_OK;
@@ -635,15 +518,14 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
     memset(s->marks, 0, 2 * (size_t)e->samples->blocks * SS_BLOCK * sizeof *s->marks);
     g->marks = s->marks;
     ss_group_widen(g, distance(contact->p, point->p));
-    const softshadow_status status =
-        draw(s, near_reach(s->stage->world, point));
+    const softshadow_status status = draw(s, near_reach(s->stage->world, point));
     g->marks = NULL;
     if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
     if (normal && !ss_light_above(s->stage->light, contact->p, point->normal)) {
-        mark_horizon(e->samples, s->view, normal, s->marks,
-                     s->marks + (size_t)e->samples->blocks * SS_BLOCK);
+        ss_bound_mark_horizon(e->samples, s->view, normal, s->marks, wide);
     }
-    *out = sum_marks(s, normal);
+    *out = ss_bound_sum(e->samples, &e->light, s->view, s->stage->params->weighting, normal,
+                        s->marks, wide);
     return SOFTSHADOW_OK;
 }
 
@@ -667,7 +549,8 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
     const size_t part = n > 64 ? 64 : SS_LANES;
     for (size_t i = 0; i < n; i += part) {
         const size_t count = n - i < part ? n - i : part;
-        const softshadow_status status = answer_run(s, points + i, count, out + i, bound ? bound + i : NULL);
+        const softshadow_status status =
+            answer_run(s, points + i, count, out + i, bound ? bound + i : NULL);
         if (status) return status;
     }
     return SOFTSHADOW_OK;
@@ -682,15 +565,16 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->view = ss_arena_alloc(arena, SS_LANES, sizeof *s->view);
     s->skip = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip);
     s->skip_lanes = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip_lanes);
-    if (!s->group || !s->contact || !s->faces || !s->view || !s->skip || !s->skip_lanes) return false;
+    if (!s->group || !s->contact || !s->faces || !s->view || !s->skip || !s->skip_lanes)
+        return false;
     for (int i = 0; i < SS_CONTACT_CACHE; i++) s->faces[i].filled = false;
     memset(s->group, 0, sizeof *s->group);
     s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
     s->group->outline = e->outline;
     s->group->skip = s->skip, s->group->skip_lanes = s->skip_lanes;
     memcpy(s->group->axis, e->axis, sizeof e->axis);
-    s->group->covered = ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK,
-                                       sizeof(uint32_t));
+    s->group->covered =
+        ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK, sizeof(uint32_t));
     const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
     s->marks = ss_arena_alloc(arena, 2 * (size_t)e->samples->blocks * SS_BLOCK, sizeof *s->marks);
@@ -698,9 +582,8 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     s->group->keys = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->keys);
     s->group->sums = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->sums);
     s->group->walk = ss_arena_alloc(arena, 1, SS_GROUP_WALK_BYTES);
-    if (!s->group->covered || !s->group->planes || !s->marks ||
-        !s->group->list || !s->group->keys || !s->group->sums ||
-        !s->group->walk) {
+    if (!s->group->covered || !s->group->planes || !s->marks || !s->group->list ||
+        !s->group->keys || !s->group->sums || !s->group->walk) {
         return false;
     }
     memset(s->group->planes, 0, planes * sizeof(uint32_t));
@@ -708,11 +591,12 @@ static bool prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena 
     return room_for(s, 512);
 }
 
-static softshadow_status exact_query(const ss_stage *stage, const void *state, const ss_point *points,
-                                     size_t n, float *visibility, float *bound, ss_arena *arena,
-                                     ss_counts *counts) {
+static softshadow_status exact_query(const ss_stage *stage, const void *state,
+                                     const ss_point *points, size_t n, float *visibility,
+                                     float *bound, ss_arena *arena, ss_counts *counts) {
     scratch s;
-    if (!prepare(&s, stage, state, arena)) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
+    if (!prepare(&s, stage, state, arena))
+        return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     const softshadow_status status = answer_run(&s, points, n, visibility, bound);
     if (status) return status;
     for (size_t i = 0; i < n; i++) {
@@ -732,8 +616,8 @@ const ss_technique ss_exact = {
     .bound_kind = SOFTSHADOW_BOUND_CERTIFIED,
     .lights_native = 1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT |
                      1u << SOFTSHADOW_SUN,
-    .weightings = 1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE |
-                  1u << SOFTSHADOW_IRRADIANCE,
+    .weightings =
+        1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE | 1u << SOFTSHADOW_IRRADIANCE,
     .settles = true,
     .group = SS_LANES,
     .build = exact_build,

@@ -1,8 +1,8 @@
-/* Building outlines: edges numbered in the BVH's order, ranges of normals from the triangles, boundaries
- * from below upwards by signed sums.
+/* Building outlines: edges numbered in the BVH's order, ranges of normals from the triangles,
+ * boundaries from below upwards by signed sums.
  *
- * based on: normal cones (Shirman & Abi-Ezzi 1993); silhouette edges of clusters as signed boundaries,
- * as in shadow volumes (Lloyd et al. 2004). */
+ * based on: normal cones (Shirman & Abi-Ezzi 1993); silhouette edges of clusters as signed
+ * boundaries, as in shadow volumes (Lloyd et al. 2004). */
 #include "trace/outline.h"
 
 #include <math.h>
@@ -11,9 +11,9 @@
 #include "base/status.h"
 #include "base/vec.h"
 
-/* What a face's side may be misjudged by in float arithmetic, in local units: more than the rounding of
- * its corners, of a point and of the sums, all within [-1, 1]. */
-#define SIDE_ERROR 0x1p-18f
+/* What a face's side may be misjudged by in float arithmetic, in local units: more than the
+ * rounding of its corners, of a point and of the sums, all within [-1, 1]. */
+#define SIDE_ERROR   0x1p-18f
 #define NORMAL_ERROR 0x1p-20f
 #define LEAST_COSINE 0.02 /* a wider cone tells nothing */
 
@@ -29,11 +29,13 @@ typedef struct builder {
     const double *light_low, *light_high;
 } builder;
 
-/* ---- faces -------------------------------------------------------------------------------------*/
+/* ---- faces
+ * -------------------------------------------------------------------------------------*/
 
 static void corner_of(const builder *b, uint32_t triangle, int corner, double out[3]) {
     const ss_world *world = b->bvh->world;
-    const float *v = world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + (size_t)corner];
+    const float *v =
+        world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + (size_t)corner];
     for (int k = 0; k < 3; k++) out[k] = v[k];
 }
 
@@ -128,7 +130,8 @@ static softshadow_status find_ranges(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
-/* ---- edges -------------------------------------------------------------------------------------*/
+/* ---- edges
+ * -------------------------------------------------------------------------------------*/
 
 static uint32_t number_edge(builder *b, uint32_t topology_edge) {
     uint32_t *edge = &b->edge[topology_edge];
@@ -224,8 +227,8 @@ static bool any_tested(const builder *b, uint32_t first, uint32_t last) {
     return false;
 }
 
-/* Which faces of each component need not be drawn. Closed by sums is not enough: two solids glued along
- * an edge, one of them inside out, are closed, too; so every edge must have just two uses. */
+/* Which faces of each component need not be drawn. Closed by sums is not enough: two solids glued
+ * along an edge, one of them inside out, are closed, too; so every edge must have just two uses. */
 static bool find_solids(builder *b) {
     const ss_topology *t = b->topology;
     b->drop = ss_alloc(t->component_count, 1);
@@ -277,7 +280,8 @@ static void mark_nodes(builder *b) {
                 front = b->outline->leaf_drop[l][0], back = b->outline->leaf_drop[l][1];
             } else {
                 all = (1u << b->bvh->nodes[child].count) - 1;
-                front = b->outline->nodes[child].drop_front, back = b->outline->nodes[child].drop_back;
+                front = b->outline->nodes[child].drop_front,
+                back = b->outline->nodes[child].drop_back;
             }
             node->drop_front |= (uint16_t)((front == all) << i);
             node->drop_back |= (uint16_t)((back == all) << i);
@@ -300,7 +304,8 @@ static bool find_boundaries(builder *b) {
     return true;
 }
 
-/* ---- all of it ---------------------------------------------------------------------------------*/
+/* ---- all of it
+ * ---------------------------------------------------------------------------------*/
 
 static bool allocate(builder *b) {
     ss_outline *o = b->outline;
@@ -313,7 +318,9 @@ static bool allocate(builder *b) {
     b->normal = ss_alloc(triangles, sizeof *b->normal);
     b->edge = ss_alloc(edges, sizeof *b->edge);
     b->sum = ss_alloc(edges, sizeof *b->sum);
-    if (!o->nodes || !o->leaf_uses || !o->leaf_drop || !o->ends || !b->normal || !b->edge || !b->sum) return false;
+    if (!o->nodes || !o->leaf_uses || !o->leaf_drop || !o->ends || !b->normal || !b->edge ||
+        !b->sum)
+        return false;
     memset(b->edge, 0xff, edges * sizeof *b->edge);
     return room_for(o, triangles);
 }
@@ -336,8 +343,11 @@ softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss
                                    const uint8_t *tested, const double light_low[3],
                                    const double light_high[3], ss_pool *pool) {
     *out = NULL;
-    builder b = {.bvh = bvh, .topology = topology, .tested = tested,
-                 .light_low = light_low, .light_high = light_high,
+    builder b = {.bvh = bvh,
+                 .topology = topology,
+                 .tested = tested,
+                 .light_low = light_low,
+                 .light_high = light_high,
                  .outline = ss_alloc(1, sizeof *b.outline)};
     if (!b.outline) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for outlines");
     const softshadow_status status = run(&b, pool);
@@ -345,8 +355,10 @@ softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss
     ss_free(b.edge);
     ss_free(b.sum);
     ss_free(b.drop);
-    if (status) ss_outline_destroy(b.outline);
-    else *out = b.outline;
+    if (status)
+        ss_outline_destroy(b.outline);
+    else
+        *out = b.outline;
     return status;
 }
 
@@ -361,6 +373,7 @@ void ss_outline_destroy(ss_outline *o) {
 }
 
 size_t ss_outline_bytes(const ss_outline *o) {
-    return sizeof *o + o->node_count * sizeof *o->nodes + o->leaf_count * (sizeof *o->leaf_uses + sizeof *o->leaf_drop) +
+    return sizeof *o + o->node_count * sizeof *o->nodes +
+           o->leaf_count * (sizeof *o->leaf_uses + sizeof *o->leaf_drop) +
            o->use_room * sizeof *o->uses + o->edge_count * sizeof *o->ends;
 }

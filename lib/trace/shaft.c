@@ -12,7 +12,8 @@
 /* The two bodies a shaft joins. */
 typedef struct bodies {
     const ss_light *light;
-    double disk; /* radius of the widest facing disk of a sphere, INFINITY if points may be inside */
+    double
+        disk; /* radius of the widest facing disk of a sphere, INFINITY if points may be inside */
     double low[3], high[3];
     const double (*points)[3]; /* NULL: all of the box */
     size_t count;
@@ -48,10 +49,12 @@ static double facing_disk(const ss_light *light, const double low[3], const doub
 static double support_of(const ss_light *light, double disk, const double n[3]) {
     const double along_u = ss_dot(n, light->u), along_v = ss_dot(n, light->v);
     switch (light->type) {
-    case SOFTSHADOW_RECT: return ss_dot(n, light->centre) + fabs(along_u) + fabs(along_v);
+    case SOFTSHADOW_RECT:
+        return ss_dot(n, light->centre) + fabs(along_u) + fabs(along_v);
     case SOFTSHADOW_DISK:
         return ss_dot(n, light->centre) + sqrt(along_u * along_u + along_v * along_v);
-    case SOFTSHADOW_SPHERE: return ss_dot(n, light->centre) + sqrt(ss_dot(n, n)) * disk;
+    case SOFTSHADOW_SPHERE:
+        return ss_dot(n, light->centre) + sqrt(ss_dot(n, n)) * disk;
     default: {
         const double height =
             ss_dot(n, light->normal) + sqrt(along_u * along_u + along_v * along_v);
@@ -70,7 +73,8 @@ static double light_support(const bodies *b, const double n[3]) {
     return support_of(b->light, b->disk, n);
 }
 
-/* Moves n along -axis until the light and the points reach equally far: then the plane touches both. */
+/* Moves n along -axis until the light and the points reach equally far: then the plane touches
+ * both. */
 static void lean(const bodies *b, const double side[3], const double axis[3], double depth,
                  double n[3]) {
     double s = 0;
@@ -145,8 +149,10 @@ static void make(ss_shaft *shaft, bodies *b) {
     for (int i = 0; i < 4; i++) {
         double n[3], toward[3];
         for (int k = 0; k < 3; k++) toward[k] = i & 1 ? -side[i / 2][k] : side[i / 2][k];
-        if (sun) lean_sun(light, toward, n);
-        else lean(b, toward, axis, depth, n);
+        if (sun)
+            lean_sun(light, toward, n);
+        else
+            lean(b, toward, axis, depth, n);
         add_plane(shaft, b, n);
     }
     const bool round = sun || light->type == SOFTSHADOW_SPHERE || light->point;
@@ -166,8 +172,8 @@ void ss_shaft_make(ss_shaft *shaft, const ss_light *light, double extent, const 
     make(shaft, &b);
 }
 
-void ss_shaft_around(ss_shaft *shaft, const ss_light *light, double extent, const double (*points)[3],
-                     size_t count, double low[3], double high[3]) {
+void ss_shaft_around(ss_shaft *shaft, const ss_light *light, double extent,
+                     const double (*points)[3], size_t count, double low[3], double high[3]) {
     bodies b = {.light = light, .extent = extent, .points = points, .count = count};
     for (int k = 0; k < 3; k++) b.low[k] = INFINITY, b.high[k] = -INFINITY;
     for (size_t i = 0; i < count; i++) {

@@ -1,5 +1,5 @@
-/* The wide BVH against brute force: it holds every triangle once, gives the same tree for any number of
- * threads, finds what is near a point, and never calls a shaft empty that is not. */
+/* The wide BVH against brute force: it holds every triangle once, gives the same tree for any
+ * number of threads, finds what is near a point, and never calls a shaft empty that is not. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -107,8 +107,8 @@ static void holds_every_triangle_once(void **unused) {
     }
 }
 
-/* A thousand copies of one triangle have no cut; points on a curve that shrinks geometrically have only
- * lopsided ones. */
+/* A thousand copies of one triangle have no cut; points on a curve that shrinks geometrically have
+ * only lopsided ones. */
 static void survives_what_cannot_be_split(void **unused) {
     (void)unused;
     for (int kind = 0; kind < 2; kind++) {
@@ -139,7 +139,8 @@ static void is_the_same_for_any_number_of_threads(void **unused) {
         assert_int_equal(other->node_count, s.bvh->node_count);
         assert_int_equal(other->leaf_count, s.bvh->leaf_count);
         assert_memory_equal(other->nodes, s.bvh->nodes, other->node_count * sizeof *other->nodes);
-        assert_memory_equal(other->leaves, s.bvh->leaves, other->leaf_count * sizeof *other->leaves);
+        assert_memory_equal(other->leaves, s.bvh->leaves,
+                            other->leaf_count * sizeof *other->leaves);
         ss_bvh_destroy(other);
     }
     drop(&s);
@@ -201,7 +202,8 @@ static void random_light(ss_light *light) {
     }
 }
 
-/* Does the segment p + t d, 0 <= t <= end, meet the triangle? In double; grazing may go either way. */
+/* Does the segment p + t d, 0 <= t <= end, meet the triangle? In double; grazing may go either way.
+ */
 static bool meets(const soup *s, size_t t, const double p[3], const double d[3], double end) {
     double v[3][3], e1[3], e2[3], h[3], q[3], w[3];
     for (int c = 0; c < 3; c++) {
@@ -222,7 +224,8 @@ static void check_segments(const soup *s, const ss_light *light, const double lo
     for (int i = 0; i < 60; i++) {
         double p[3], d[3], x = wide(), y = wide();
         for (int k = 0; k < 3; k++) {
-            p[k] = i < 8 ? (i >> k & 1 ? high[k] : low[k]) : low[k] + uniform() * (high[k] - low[k]);
+            p[k] =
+                i < 8 ? (i >> k & 1 ? high[k] : low[k]) : low[k] + uniform() * (high[k] - low[k]);
         }
         ss_view view;
         ss_light_view(light, p, &view);
@@ -263,8 +266,8 @@ static void empty_shafts_are_empty(void **unused) {
     assert_true(empty > 200 && full > 200);
 }
 
-/* A shaft that touches nothing but a rim is not empty; a clear one is. The planes must be tight enough to
- * say so: a triangle beside the shaft by a tenth of the light's size. */
+/* A shaft that touches nothing but a rim is not empty; a clear one is. The planes must be tight
+ * enough to say so: a triangle beside the shaft by a tenth of the light's size. */
 static void shafts_are_tight(void **unused) {
     (void)unused;
     soup s;
@@ -278,8 +281,12 @@ static void shafts_are_tight(void **unused) {
         /* At z = 0.1 the rim of a light of half width w at z = 3 is at x = 0.275 w. */
         for (int hit = 0; hit < 2; hit++) {
             const double w = (hit ? 0.3 : 0.27) / 0.275 * (kind == SOFTSHADOW_SUN ? 0.25 : 1);
-            ss_light light = {.type = (uint32_t)kind, .centre = {0, 0, 3}, .normal = {0, 0, 1},
-                              .u = {w, 0, 0}, .v = {0, w, 0}, .radius = w};
+            ss_light light = {.type = (uint32_t)kind,
+                              .centre = {0, 0, 3},
+                              .normal = {0, 0, 1},
+                              .u = {w, 0, 0},
+                              .v = {0, w, 0},
+                              .radius = w};
             if (kind == SOFTSHADOW_SPHERE && !hit) light.radius *= 0.96; /* its disk is wider */
             assert_int_equal(ss_bvh_shaft_empty(s.bvh, &light, point, point), !hit);
         }

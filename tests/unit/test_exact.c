@@ -1,6 +1,6 @@
 /* The method "exact": against every sample of the same set tested in double
- * against every triangle, on every instruction set; against closed forms; and the relations that need no
- * truth. */
+ * against every triangle, on every instruction set; against closed forms; and the relations that
+ * need no truth. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -47,8 +47,12 @@ static void make(asked *a, const softshadow_mesh *mesh, const softshadow_light *
     ss_world_light(a->world, light, &a->light);
     assert_int_equal(ss_bvh_build(&a->bvh, a->world, a->pool, NULL), SOFTSHADOW_OK);
     assert_int_equal(ss_topology_build(&a->topology, a->world, a->pool), SOFTSHADOW_OK);
-    a->stage = (ss_stage){.topology = a->topology, .world = a->world, .light = &a->light, .params = &a->params,
-                          .pool = a->pool, .bvh = a->bvh};
+    a->stage = (ss_stage){.topology = a->topology,
+                          .world = a->world,
+                          .light = &a->light,
+                          .params = &a->params,
+                          .pool = a->pool,
+                          .bvh = a->bvh};
     assert_int_equal(exact->build(&a->stage, &a->state), SOFTSHADOW_OK);
 }
 
@@ -186,7 +190,8 @@ static void matches_brute_force_on_every_rung(void **unused) {
             total++;
             partly += want > 0 && want < 1;
             differing += fabs(want - v[i]) > 1e-6;
-            /* A sample may fall to the other side of an edge by rounding; three would be a fault. */
+            /* A sample may fall to the other side of an edge by rounding; three would be a fault.
+             */
             if (fabs(want - v[i]) > 2.01 * margin) {
                 fail_msg("round %u point %d (%g %g %g): %g, brute force %g", round, i, p[i][0],
                          p[i][1], p[i][2], v[i], want);
@@ -196,7 +201,8 @@ static void matches_brute_force_on_every_rung(void **unused) {
         drop(&a);
         shape_free(&s);
     }
-    print_message("%zu points, %zu in penumbra, %zu differ from doubles\n", total, partly, differing);
+    print_message("%zu points, %zu in penumbra, %zu differ from doubles\n", total, partly,
+                  differing);
     assert_true(partly > total / 4);
     assert_true(differing <= total / 100);
 }
@@ -268,8 +274,8 @@ static void does_not_depend_on_company(void **unused) {
         for (size_t i = 0; i < MANY; i++) {
             ask_bound(&a, &p[i], &normal[i], 1, &one, &one_bound);
             if (one != v[i] || one_bound != bound[i]) {
-                fail_msg("light %u point %zu: alone %.9g +- %g, among others %.9g +- %g", type, i, one,
-                         one_bound, v[i], bound[i]);
+                fail_msg("light %u point %zu: alone %.9g +- %g, among others %.9g +- %g", type, i,
+                         one, one_bound, v[i], bound[i]);
             }
             partly += v[i] > 0 && v[i] < 1;
         }
@@ -303,15 +309,15 @@ static void truth_is_within_the_bound(void **unused) {
                 const double error = fabs(v[i] - truth[i]);
                 assert_true(bound[i] >= 0 && bound[i] <= 1);
                 if (error > bound[i] + 1e-3) {
-                    fail_msg("light %u weighting %u point %zu: %g +- %g, truth %g", type, weighting, i,
-                             v[i], bound[i], truth[i]);
+                    fail_msg("light %u weighting %u point %zu: %g +- %g, truth %g", type, weighting,
+                             i, v[i], bound[i], truth[i]);
                 }
                 /* At a point's horizon next to nothing counts, and the bound says so. */
                 if (bound[i] < 0.25) worst = fmax(worst, error);
                 mean += bound[i] / 600;
             }
-            print_message("light %u weighting %u: worst error %.4f, mean bound %.4f\n", type, weighting,
-                          worst, mean);
+            print_message("light %u weighting %u: worst error %.4f, mean bound %.4f\n", type,
+                          weighting, worst, mean);
             assert_true(worst < 1.0 / 64);
             assert_true(mean < 0.1);
             drop(&a), drop(&fine);
@@ -346,8 +352,8 @@ static void equal_layers_hide_alike(void **unused) {
     }
 }
 
-/* Half of every unit square of the texture casts: as much light passes as past the same stripes made of
- * triangles. */
+/* Half of every unit square of the texture casts: as much light passes as past the same stripes
+ * made of triangles. */
 static void textures_cut_holes(void **unused) {
     (void)unused;
     static const uint8_t texels[2] = {255, 0};
@@ -419,7 +425,8 @@ static void turns_and_scales_with_the_scene(void **unused) {
                 for (size_t i = 0; i < MANY; i++) {
                     q[i][k] = scale * p[i][from], turned[i][k] = normal[i][from];
                 }
-                l.position[k] = scale * light.position[from], l.direction[k] = light.direction[from];
+                l.position[k] = scale * light.position[from],
+                l.direction[k] = light.direction[from];
                 l.u[k] = scale * light.u[from], l.v[k] = scale * light.v[from];
             }
             if (type != SOFTSHADOW_SUN) l.radius *= scale;
@@ -428,7 +435,8 @@ static void turns_and_scales_with_the_scene(void **unused) {
             ask(&b, q, turned, MANY, w);
             size_t different = 0;
             for (size_t i = 0; i < MANY; i++) different += v[i] != w[i];
-            if (different) fail_msg("light %u order %d: %zu of %d differ", type, o, different, MANY);
+            if (different)
+                fail_msg("light %u order %d: %zu of %d differ", type, o, different, MANY);
             drop(&b);
             shape_free(&other);
         }
