@@ -1,6 +1,8 @@
 if HAVE_CMOCKA
-check_PROGRAMS += tests/unit/test_exact
-TESTS += tests/unit/test_exact
+check_PROGRAMS += tests/unit/test_exact tests/unit/test_coverage
+TESTS += tests/unit/test_exact tests/unit/test_coverage
 tests_unit_test_exact_SOURCES = %D%/test_exact.c %D%/shapes.h
 tests_unit_test_exact_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+tests_unit_test_coverage_SOURCES = %D%/test_coverage.c
+tests_unit_test_coverage_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
