@@ -166,6 +166,7 @@ static softshadow_status add(softshadow *handle, const work *w) {
 
 static softshadow_status build_and_ask(softshadow *handle, const work *w, float *v) {
     softshadow_build build = SOFTSHADOW_BUILD_INIT;
+    build.resolution = 64; /* as many allocations as for any other, and quick */
     build.method = w->method, build.samples = 256;
     softshadow_status status = softshadow_build_maps(handle, &build);
     const softshadow_points points = ask_points((const double(*)[3])w->points, N);
