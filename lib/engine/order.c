@@ -26,7 +26,7 @@ bool ss_order_reserve(ss_order *order, size_t n, ss_arena *arena) {
     return order->item && order->other && order->start && order->bounds;
 }
 
-void ss_order_given(ss_order *order, const ss_point *points, size_t n) {
+static void collect(ss_order *order, const ss_point *points, size_t n) {
     order->count = 0;
     for (size_t i = 0; i < n; i++) {
         if (points[i].place == SS_ORDER_NOT) continue;
@@ -107,12 +107,13 @@ static size_t end_of(const pass *p, uint64_t chunk) {
 static softshadow_status bound_chunk(void *ctx, uint64_t chunk, uint64_t end) {
     pass *p = ctx;
     for (; chunk < end; chunk++) {
-        double *bounds = p->order->bounds + 6 * chunk;
+        double bounds[6]; /* kept out of memory while the loop runs */
         empty_bounds(bounds);
         for (size_t i = chunk * CHUNK; i < end_of(p, chunk); i++) {
             const double *at = p->points[p->order->item[i].place].p;
             widen(bounds, at, at);
         }
+        memcpy(p->order->bounds + 6 * chunk, bounds, sizeof bounds);
     }
     return SOFTSHADOW_OK;
 }
@@ -207,7 +208,7 @@ static void refine(ss_order *order, size_t begin, size_t n, const ss_point *poin
 
 softshadow_status ss_order_morton(ss_order *order, const ss_point *points, size_t n,
                                   ss_pool *pool) {
-    ss_order_given(order, points, n);
+    collect(order, points, n);
     if (order->count <= CHUNK / 8) {
         refine(order, 0, order->count, points, 0);
         return SOFTSHADOW_OK;

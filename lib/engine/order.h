@@ -25,9 +25,7 @@ typedef struct ss_order {
 } ss_order;
 
 bool ss_order_reserve(ss_order *order, size_t n, ss_arena *arena);
-/* As they come. */
-void ss_order_given(ss_order *order, const ss_point *points, size_t n);
-/* Along a Morton curve; the same order for any number of threads. */
+/* Along a Morton curve, less those whose place is SS_ORDER_NOT; the same order for any number of threads. */
 softshadow_status ss_order_morton(ss_order *order, const ss_point *points, size_t n, ss_pool *pool);
 
 #endif

@@ -180,20 +180,19 @@ static void add_counts(batch *b, const ss_counts *counts) {
     pthread_mutex_unlock(&b->lock);
 }
 
-/* Answers points begin..end of the order, in this worker's scratch. */
-static softshadow_status answer(batch *b, size_t begin, size_t end, ss_arena *arena) {
-    const size_t n = end - begin;
-    ss_point *points = ss_arena_alloc(arena, n, sizeof *points);
+/* Answers n points, which it may move about, in this worker's scratch. */
+static softshadow_status answer(batch *b, ss_point *points, size_t n, ss_arena *arena) {
+    const size_t given = n;
     float *visibility = ss_arena_alloc(arena, 2 * n, sizeof *visibility);
-    if (!points || !visibility) {
-        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
-    }
+    if (!visibility) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
     float *bound = b->points->error_bound ? visibility + n : NULL;
-    for (size_t j = 0; j < n; j++) points[j] = b->prepared[b->order.item[begin + j].place];
     ss_counts counts = {0};
     const ss_asked *asked = b->asked;
-    const softshadow_status status = asked->technique->query(
-        asked->stage, asked->state, points, n, visibility, bound, arena, &counts);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (n) {
+        status = asked->technique->query(asked->stage, asked->state, points, n, visibility, bound,
+                                         arena, &counts);
+    }
     if (status) return status;
     for (size_t j = 0; j < n; j++) {
         const size_t i = b->first + points[j].place;
@@ -201,31 +200,52 @@ static softshadow_status answer(batch *b, size_t begin, size_t end, ss_arena *ar
         if (bound) b->points->error_bound[i] = bound[j];
     }
     add_counts(b, &counts);
-    return ss_progress_add(b->progress, n);
+    return ss_progress_add(b->progress, given);
+}
+
+/* Points begin..end of the order: gathered, because neighbours there are not so in memory. */
+static softshadow_status answer_ordered(batch *b, size_t begin, size_t end, ss_arena *arena) {
+    const size_t n = end - begin;
+    ss_point *points = ss_arena_alloc(arena, n, sizeof *points);
+    if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
+    for (size_t j = 0; j < n; j++) points[j] = b->prepared[b->order.item[begin + j].place];
+    return answer(b, points, n, arena);
+}
+
+/* Points as they come, in place, less those that need no answer. */
+static softshadow_status answer_given(batch *b, size_t begin, size_t end, ss_arena *arena) {
+    ss_point *points = b->prepared + begin;
+    size_t n = 0;
+    for (size_t j = 0; j < end - begin; j++) {
+        if (points[j].place == SS_ORDER_NOT) continue;
+        if (n < j) points[n] = points[j];
+        n++;
+    }
+    return answer(b, points, n, arena);
 }
 
 static softshadow_status answer_range(void *ctx, uint64_t begin, uint64_t end) {
     batch *b = ctx;
     ss_scratch *scratch = take_scratch(b->handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
-    const softshadow_status status = answer(b, begin, end, &scratch->arena);
+    const softshadow_status status = (b->asked->technique->group ? answer_ordered : answer_given)(
+        b, begin, end, &scratch->arena);
     give_scratch(b->handle, scratch);
     return status;
 }
 
 static softshadow_status answer_block(batch *b, ss_arena *arena) {
+    const bool ordered = b->asked->technique->group > 0;
     b->prepared = ss_arena_alloc(arena, b->count, sizeof *b->prepared);
-    if (!b->prepared || !ss_order_reserve(&b->order, b->count, arena)) {
+    if (!b->prepared || (ordered && !ss_order_reserve(&b->order, b->count, arena))) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
     }
     ss_pool *pool = b->handle->pool;
     softshadow_status status = ss_parallel_for(pool, b->count, 4096, prepare, b);
     if (status) return status;
-    const uint32_t group = b->asked->technique->group;
-    if (group) status = ss_order_morton(&b->order, b->prepared, b->count, pool);
-    else ss_order_given(&b->order, b->prepared, b->count);
-    if (status) return status;
-    return ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
+    if (!ordered) return ss_parallel_for(pool, b->count, RANGE, answer_range, b);
+    status = ss_order_morton(&b->order, b->prepared, b->count, pool);
+    return status ? status : ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
 }
 
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,

@@ -25,5 +25,5 @@ uninstall-python-place:
 	-rm -f '$(DESTDIR)$(pkgpythondir)/_installed.py'
 	-rm -rf '$(DESTDIR)$(pkgpythondir)/__pycache__'
 	-rmdir '$(DESTDIR)$(pkgpythondir)'
-.PHONY: install-python-place uninstall-python-place
 endif
+.PHONY: install-python-place uninstall-python-place
