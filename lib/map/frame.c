@@ -13,7 +13,7 @@
 #define WIDEST 2.0
 /* The near plane as a share of the reference distance. */
 #define NEAREST 0x1p-10
-#define BORDER 2 /* texels around what is asked: a filter's reach and a ring that holds nothing */
+#define BORDER 1 /* texels around what is asked: the reach of a filter of 2 x 2 */
 
 typedef struct box {
     double low[3], high[3];

@@ -116,7 +116,7 @@ static void shade_corner(const ribbons *r, const ss_raster_run *run) {
     const bool disc = run->tag & SS_RIM_DISC;
     for (uint32_t i = 0; i < run->n; i++) {
         const float c = run->attribute[1][i], away = ss_rim_away(run, i);
-        const double dx = run->attribute[0][i], dy = run->attribute[2][i], length = hypot(dx, dy);
+        const double dx = run->attribute[0][i], dy = run->attribute[2][i], length = sqrt(dx * dx + dy * dy);
         bool inside = run->tag & SS_RIM_INSIDE;
         if (disc) inside = r->depth[(size_t)run->y * r->side + run->x + i] < c + r->near;
         const double sign = inside ? -1 : 1, per = length > 0 ? sign / length : 0;

@@ -34,11 +34,13 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps %D%/maps_area
+map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_LDADD = $(PROOF_LIBS)
 %C%_maps_area_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_area_LDADD = $(PROOF_LIBS)
+%C%_maps_figure10_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_figure10_LDADD = $(PROOF_LIBS)
 endif

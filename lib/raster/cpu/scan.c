@@ -204,31 +204,31 @@ void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint
 
 /* ---- runs ----------------------------------------------------------------------------------- */
 
-/* The covered columns of one row of a block; they are one run, the triangle being convex. */
-static bool run_of(const block *b, int32_t row, int32_t *first, int32_t *last) {
-    *first = -1;
+/* A bit for each covered column of one row of a block. */
+static uint32_t columns_of(const block *b, int32_t row) {
+    static const ints bit = {1, 2, 4, 8};
+    uint32_t columns = 0;
     for (int32_t column = 0; column < b->width; column += LANES) {
-        const ints in = inside(b, column, row);
-        for (int i = 0; i < LANES && column + i < b->width; i++) {
-            if (!in[i]) continue;
-            if (*first < 0) *first = column + i;
-            *last = column + i;
-        }
+        const ints in = inside(b, column, row) & bit;
+        columns |= (uint32_t)(in[0] | in[1] | in[2] | in[3]) << column;
     }
-    return *first >= 0;
+    return b->width < 32 ? columns & ((1u << b->width) - 1) : columns;
 }
 
 static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int32_t n, uint32_t tag,
                       ss_raster_shade *shade, void *ctx) {
-    float values[SS_RASTER_ATTRIBUTES][SS_BAND];
+    floats values[SS_RASTER_ATTRIBUTES][SS_BAND / LANES];
     ss_raster_run run = {.x = (uint32_t)x, .y = (uint32_t)y, .n = (uint32_t)n, .tag = tag};
     for (uint32_t k = 0; k < used; k++) {
         const float row = s->start[k] + s->step_y[k] * (float)(y - s->first_y);
-        for (int32_t i = 0; i < n; i++) {
-            const float v = row + s->step_x[k] * (float)(x + i - s->first_x);
-            values[k][i] = v < s->least[k] ? s->least[k] : v > s->most[k] ? s->most[k] : v;
+        const floats least_of = all_floats(s->least[k]), most_of = all_floats(s->most[k]);
+        for (int32_t i = 0; i < n; i += LANES) {
+            const ints column = lane_number + (x + i - s->first_x);
+            floats v = row + s->step_x[k] * __builtin_convertvector(column, floats);
+            v = pick((ints)(v < least_of), least_of, v);
+            values[k][i / LANES] = pick((ints)(v > most_of), most_of, v);
         }
-        run.attribute[k] = values[k];
+        run.attribute[k] = (const float *)values[k];
     }
     shade(ctx, &run);
 }
@@ -245,8 +245,9 @@ void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_
                        .height = least(SS_BAND, top - y + 1)};
             if (!set_block(&b, s, order)) continue;
             for (int32_t row = 0; row < b.height; row++) {
-                int32_t first, last;
-                if (!run_of(&b, row, &first, &last)) continue;
+                const uint32_t columns = columns_of(&b, row);
+                if (!columns) continue; /* else one run, the triangle being convex */
+                const int32_t first = __builtin_ctz(columns), last = 31 - __builtin_clz(columns);
                 shade_run(s, used, x + first, y + row, last - first + 1, tag, shade, ctx);
             }
         }
