@@ -39,7 +39,7 @@ awk -v y="$floor" 'BEGIN {
 }' >points.csv
 
 echo "demo: 10201 points of $out/points.csv"
-"$softshadow" query "$mesh" --light "$light" points.csv -o visibility.csv --stats 2>query.txt || {
+"$softshadow" query "$mesh" --light "$light" points.csv -o visibility.csv --stats --verify=500 2>query.txt || {
     cat query.txt
     exit 1
 }

@@ -25,6 +25,7 @@
  *            Sizes of lights are radii and HALF axes.
  * Threads    Once maps are built any number of threads may query one handle. A call that changes a
  *            handle while another one uses it answers SOFTSHADOW_E_STATE and changes nothing.
+ *            A calling thread needs 64 KiB of stack, 128 KiB where rays are traced.
  *            Results do not depend on thread count, batch split or order, bit for bit (the method
  *            "auto": for the same batch).
  * Host       Nothing of yours is touched: no output, signal, locale, floating-point mode or current
