@@ -13,7 +13,6 @@
 #define WIDEST 2.0
 /* The near plane as a share of the reference distance. */
 #define NEAREST 0x1p-10
-#define BORDER 1 /* texels around what is asked: the reach of a filter of 2 x 2 */
 
 typedef struct box {
     double low[3], high[3];
@@ -35,8 +34,8 @@ static double diagonal(const box *b) {
     return ss_length(d);
 }
 
-/* The radius that rate is made of. A rect is taken as the disk of its area, or as the one around it by
- * those who look at all of it; what is a disk only for some directions is one for all. */
+/* The radius that rate is made of. A rect is taken as the disk of its area, or as the one around it
+ * by those who look at all of it; what is a disk only for some directions is one for all. */
 static double radius_of(const ss_light *light, bool all) {
     if (light->type != SOFTSHADOW_RECT || all) return light->radius;
     return sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI);
@@ -49,7 +48,8 @@ static void set_axes(ss_frame *frame, const double z[3]) {
     ss_basis(frame->z, frame->x, frame->y);
 }
 
-/* Along the sides of a rect, so that its shape stands straight in the map; unchanged if it has none. */
+/* Along the sides of a rect, so that its shape stands straight in the map; unchanged if it has
+ * none. */
 static void sides_of(const ss_light *light, double x[3], double y[3]) {
     double u[3], v[3];
     memcpy(u, light->u, sizeof u);
@@ -73,8 +73,8 @@ typedef struct extent {
     bool empty, cut; /* cut: something of it lies before the near plane */
 } extent;
 
-static const extent no_extent = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY},
-                                 true, false};
+static const extent no_extent = {
+    {INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, true, false};
 
 static void extend(extent *e, const ss_frame *frame, const double p[3]) {
     double d[3], c[3];
@@ -107,7 +107,8 @@ static extent extent_of_box(const ss_frame *frame, const box *b) {
 }
 
 /* Where the segment from p (before the near plane) to q (behind it) crosses. */
-static void extend_crossing(extent *e, const ss_frame *frame, const double p[3], const double q[3]) {
+static void extend_crossing(extent *e, const ss_frame *frame, const double p[3],
+                            const double q[3]) {
     double dp[3], dq[3], at[3];
     ss_sub(p, frame->origin, dp);
     ss_sub(q, frame->origin, dq);
@@ -189,8 +190,8 @@ static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t e
     return SOFTSHADOW_OK;
 }
 
-/* Of the casters themselves, as the corners of their box can be far outside, and of those only that can
- * shadow the region. What lies before the near plane is clipped away. */
+/* Of the casters themselves, as the corners of their box can be far outside, and of those only that
+ * can shadow the region. What lies before the near plane is clipped away. */
 static extent extent_of_casters(const ss_frame *frame, const ss_world *world, const extent *region,
                                 ss_pool *pool) {
     measuring m = {.frame = frame, .world = world, .sum = no_extent};
@@ -201,7 +202,8 @@ static extent extent_of_casters(const ss_frame *frame, const ss_world *world, co
         const double reach = frame->rate * (region->high[2] - m.sum.low[2]);
         bool within = m.sum.high[2] <= region->high[2];
         for (int k = 0; k < 2; k++) {
-            within &= m.sum.low[k] >= region->low[k] - reach && m.sum.high[k] <= region->high[k] + reach;
+            within &=
+                m.sum.low[k] >= region->low[k] - reach && m.sum.high[k] <= region->high[k] + reach;
         }
         if (!within) m.region = region;
     }
@@ -224,8 +226,8 @@ static bool holds(const ss_frame *frame, const box *b) {
 
 /* ---- how much of a frame is needed ---------------------------------------------------------- */
 
-/* A receiver's h at least as deep as any that is asked: the bounds' farthest corner, or without bounds
- * one casters' diagonal behind the last caster. */
+/* A receiver's h at least as deep as any that is asked: the bounds' farthest corner, or without
+ * bounds one casters' diagonal behind the last caster. */
 static double farthest(const ss_frame *frame, const ss_fit *fit, const box *casters) {
     box b = *casters;
     if (fit->bounded) memcpy(&b, fit->bounds, sizeof b);
@@ -264,11 +266,16 @@ static double longest(const ss_frame *frame, const extent *e) {
     return sqrt(square);
 }
 
+/* Texels around what is asked: a filter's reach and a ring that holds nothing. Small maps, whose
+ * texels are dear, have only the reach of 2 x 2. */
+static uint32_t border_of(uint32_t resolution) { return resolution < 64 ? 1 : 2; }
+
 /* Sets the frame's window; false: no point that is asked can be shadowed here. */
 static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, double opening,
                        ss_pool *pool) {
     const double reach = frame->inverse > 0 ? opening / frame->inverse : INFINITY;
-    extent view = {{-reach, -reach, -INFINITY}, {reach, reach, INFINITY}, false, false}, region = view;
+    extent view = {{-reach, -reach, -INFINITY}, {reach, reach, INFINITY}, false, false},
+           region = view;
     frame->far_h = farthest(frame, fit, casters);
     if (fit->bounded) {
         box b;
@@ -290,7 +297,7 @@ static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, d
     if (fit->margin) widen(&need, most), cut_to_extent(&need, &view);
     double side = fmax(need.high[0] - need.low[0], need.high[1] - need.low[1]);
     const uint32_t n = fit->resolution;
-    const double used = n > 2 * BORDER + 1 ? n - 2 * BORDER : 1;
+    const double used = n > 4 ? n - 2 * border_of(n) : 1;
     if (!(side > 0)) side = 0x1p-20; /* a point or nothing at all */
     frame->texel = side * (1 + 1e-9) / used;
     for (int k = 0; k < 2; k++) {
@@ -403,14 +410,15 @@ bool ss_frame_mirrored(const ss_frame *frame) {
 
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]) {
-    /* local = host * scale - shift; homogeneous (X w, Y w, h w, w) is linear in local coordinates. */
+    /* local = host * scale - shift; homogeneous (X w, Y w, h w, w) is linear in local coordinates.
+     */
     double rows[4][4] = {{0}};
     const double *axis[3] = {frame->x, frame->y, frame->z};
     for (int r = 0; r < 3; r++) {
         for (int k = 0; k < 3; k++) {
             rows[r][k] = axis[r][k] * world->scale;
-            rows[r][3] -= axis[r][k] * ((world->low[k] + world->half[k]) * world->scale +
-                                        frame->origin[k]);
+            rows[r][3] -=
+                axis[r][k] * ((world->low[k] + world->half[k]) * world->scale + frame->origin[k]);
         }
     }
     for (int k = 0; k < 4; k++) rows[3][k] = rows[2][k] * frame->inverse + (k == 3);
@@ -421,7 +429,8 @@ void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t reso
     const double size[3] = {half, half, depth};
     for (int r = 0; r < 4; r++) {
         for (int k = 0; k < 4; k++) {
-            matrix[4 * r + k] = r < 3 ? (rows[r][k] - middle[r] * rows[3][k]) / size[r] : rows[3][k];
+            matrix[4 * r + k] =
+                r < 3 ? (rows[r][k] - middle[r] * rows[3][k]) / size[r] : rows[3][k];
         }
     }
 }
@@ -430,7 +439,8 @@ void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t reso
 
 /* Outside of the map, or NaN from a division by nothing: the corner, which holds nothing. */
 static inline void settle(ss_looks *out, size_t i, bool seen, float most) {
-    const bool in = seen && out->x[i] >= 0 && out->y[i] >= 0 && out->x[i] < most && out->y[i] < most;
+    const bool in =
+        seen && out->x[i] >= 0 && out->y[i] >= 0 && out->x[i] < most && out->y[i] < most;
     out->x[i] = in ? out->x[i] : 0;
     out->y[i] = in ? out->y[i] : 0;
     out->h[i] = in ? out->h[i] : -SS_MAP_FAR;
@@ -465,7 +475,8 @@ static void look_cube(const ss_frames *frames, const ss_point *points, size_t n,
         for (int k = 0; k < 3; k++) along[k] = ss_dot(d, frames->axes[k]);
         for (int k = 1; k < 3; k++) a = fabs(along[k]) > fabs(along[a]) ? k : a;
         const int face = frames->face_of[2 * a + (along[a] < 0)];
-        const bool seen = face >= 0 && ss_frame_project(&frames->face[face < 0 ? 0 : face], points[i].p, at);
+        const bool seen =
+            face >= 0 && ss_frame_project(&frames->face[face < 0 ? 0 : face], points[i].p, at);
         for (int k = 0; k < 3; k++) at[k] = fmax(-1e30, fmin(1e30, at[k]));
         out->x[i] = (float)at[0], out->y[i] = (float)at[1], out->h[i] = (float)at[2];
         out->face[i] = (uint8_t)(face < 0 ? 0 : face);
@@ -475,6 +486,8 @@ static void look_cube(const ss_frames *frames, const ss_point *points, size_t n,
 }
 
 void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
-    if (frames->cube) look_cube(frames, points, n, out);
-    else look_single(frames, points, n, out);
+    if (frames->cube)
+        look_cube(frames, points, n, out);
+    else
+        look_single(frames, points, n, out);
 }

@@ -2,15 +2,16 @@
  *
  * based on: [Pin88]. Corners lie on a grid of
  * 1/256 texel, so the functions are exact and neighbours agree about every centre. Centres lie 256
- * steps apart, so a function's low eight bits never change across the map: dropping them (floor) keeps
- * every sign and makes 32 bits enough inside a block. */
+ * steps apart, so a function's low eight bits never change across the map: dropping them (floor)
+ * keeps every sign and makes 32 bits enough inside a block. */
 #include "raster/cpu/scan.h"
 
 #include <math.h>
 #include <string.h>
 
 #define LANES 4
-#define LARGE (1 << 30) /* beyond what a block of 32 x 32 texels can change: |edge| < 2^24, 31 + 31 steps */
+#define LARGE                                                                                      \
+    (1 << 30) /* beyond what a block of 32 x 32 texels can change: |edge| < 2^24, 31 + 31 steps */
 
 typedef int32_t ints __attribute__((vector_size(4 * LANES)));
 typedef float floats __attribute__((vector_size(4 * LANES)));
@@ -87,8 +88,8 @@ typedef struct block {
 
 static inline bool top_or_left(int32_t dx, int32_t dy) { return dy < 0 || (dy == 0 && dx < 0); }
 
-/* Counter-clockwise with Y up: the inside is on the left, where the function is positive. A left edge
- * runs down; a top edge, horizontal at the upper end, runs left. */
+/* Counter-clockwise with Y up: the inside is on the left, where the function is positive. A left
+ * edge runs down; a top edge, horizontal at the upper end, runs left. */
 static inline bool set_edge(edge *e, const ss_scan *s, int i, int j, int32_t x, int32_t y) {
     const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
     const int64_t px = (int64_t)x * SS_SUBTEXELS + 128 - s->x[i];
@@ -141,14 +142,18 @@ static inline floats depth_of(const ss_scan *s, int32_t x, int32_t y) {
 
 static inline floats load(const float *from, int32_t n) {
     floats v = {0};
-    if (n >= LANES) memcpy(&v, from, sizeof v);
-    else memcpy(&v, from, (size_t)n * sizeof *from);
+    if (n >= LANES)
+        memcpy(&v, from, sizeof v);
+    else
+        memcpy(&v, from, (size_t)n * sizeof *from);
     return v;
 }
 
 static inline void store(float *to, floats v, int32_t n) {
-    if (n >= LANES) memcpy(to, &v, sizeof v);
-    else memcpy(to, &v, (size_t)n * sizeof *to);
+    if (n >= LANES)
+        memcpy(to, &v, sizeof v);
+    else
+        memcpy(to, &v, (size_t)n * sizeof *to);
 }
 
 static inline void depth_row(const walk *w, const block *b, int32_t row) {
@@ -182,7 +187,9 @@ static void walk_depth(const walk *w) {
     const int32_t top = least(s->last_y, w->last_row);
     for (int32_t y = greatest(s->first_y, w->first_row); y <= top; y += SS_BAND) {
         for (int32_t x = s->first_x; x <= s->last_x; x += SS_BAND) {
-            block b = {.x = x, .y = y, .width = least(SS_BAND, s->last_x - x + 1),
+            block b = {.x = x,
+                       .y = y,
+                       .width = least(SS_BAND, s->last_x - x + 1),
                        .height = least(SS_BAND, top - y + 1)};
             if (!set_block(&b, s, order)) continue;
             for (int32_t row = 0; row < b.height; row++) depth_row(w, &b, row);
@@ -215,8 +222,8 @@ static uint32_t columns_of(const block *b, int32_t row) {
     return b->width < 32 ? columns & ((1u << b->width) - 1) : columns;
 }
 
-static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int32_t n, uint32_t tag,
-                      ss_raster_shade *shade, void *ctx) {
+static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int32_t n,
+                      uint32_t tag, ss_raster_shade *shade, void *ctx) {
     floats values[SS_RASTER_ATTRIBUTES][SS_BAND / LANES];
     ss_raster_run run = {.x = (uint32_t)x, .y = (uint32_t)y, .n = (uint32_t)n, .tag = tag};
     for (uint32_t k = 0; k < used; k++) {
@@ -233,15 +240,17 @@ static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int
     shade(ctx, &run);
 }
 
-void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t used, uint32_t tag,
-                  ss_raster_shade *shade, void *ctx) {
+void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t used,
+                  uint32_t tag, ss_raster_shade *shade, void *ctx) {
     if (ss_scan_area(s) == 0) return;
     int order[3];
     order_of(s, order);
     const int32_t top = least(s->last_y, last_row);
     for (int32_t y = greatest(s->first_y, first_row); y <= top; y += SS_BAND) {
         for (int32_t x = s->first_x; x <= s->last_x; x += SS_BAND) {
-            block b = {.x = x, .y = y, .width = least(SS_BAND, s->last_x - x + 1),
+            block b = {.x = x,
+                       .y = y,
+                       .width = least(SS_BAND, s->last_x - x + 1),
                        .height = least(SS_BAND, top - y + 1)};
             if (!set_block(&b, s, order)) continue;
             for (int32_t row = 0; row < b.height; row++) {
@@ -262,7 +271,8 @@ static void weights_at(const ss_scan *s, int32_t x, int32_t y, double weight[3])
     const double px = (double)x * SS_SUBTEXELS + 128, py = (double)y * SS_SUBTEXELS + 128;
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        weight[i] = ((s->x[k] - s->x[j]) * (py - s->y[j]) - (s->y[k] - s->y[j]) * (px - s->x[j])) / area;
+        weight[i] =
+            ((s->x[k] - s->x[j]) * (py - s->y[j]) - (s->y[k] - s->y[j]) * (px - s->x[j])) / area;
     }
 }
 
