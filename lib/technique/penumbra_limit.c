@@ -33,9 +33,9 @@
  * the lower limit (below it is dark), and the signed limit, q > 0 outside. */
 enum { LIMIT_C, LIMIT_G, LIMIT_B, LIMIT_Q, LIMIT_CHANNELS };
 
-#define RAISE                                                                                      \
-    3 /* texels that ribbons are wider than the penumbra, so that what is interpolated at          \
-         their rim is saturated on both sides ([Lawlor06] 3.1: "a few extra pixels") */
+/* Texels that ribbons are wider than the penumbra, so that what is interpolated at their rim is
+ * saturated on both sides ([Lawlor06] 3.1: "a few extra pixels"). */
+#define RAISE    3
 #define SLOPE    1.5 /* texels: as for 2 x 2 comparisons */
 #define STEEPEST 16  /* as the hard shadow's */
 #define NEAR     4   /* h per unit of X: so steep a surface, 76 degrees, is still looked for */

@@ -10,8 +10,8 @@
 #include <string.h>
 
 #define LANES 4
-#define LARGE                                                                                      \
-    (1 << 30) /* beyond what a block of 32 x 32 texels can change: |edge| < 2^24, 31 + 31 steps */
+/* Beyond what a block of 32 x 32 texels can change: |edge| < 2^24, 31 + 31 steps. */
+#define LARGE (1 << 30)
 
 typedef int32_t ints __attribute__((vector_size(4 * LANES)));
 typedef float floats __attribute__((vector_size(4 * LANES)));
