@@ -6,6 +6,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/lamp.c %D%/lamp.h \
   %D%/light_maps.c %D%/light_maps.h \
   %D%/map_techniques.h \
+  %D%/outer.c %D%/outer.h \
   %D%/rim.c %D%/rim.h \
   %D%/pcf.c \
   %D%/pcss.c \

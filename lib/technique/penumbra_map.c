@@ -14,10 +14,8 @@
  * - 3 I^2 - 2 I^3 only under falloff=paper: the area of a disk cut by a line is not it. */
 #include <math.h>
 
-#include "base/memory.h"
-#include "technique/light_maps.h"
 #include "technique/map_techniques.h"
-#include "technique/rim.h"
+#include "technique/outer.h"
 
 /* What shade needs to know of the frame that is drawn. */
 typedef struct sheet {
@@ -45,51 +43,11 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_frame *frame = &maps->frames.face[face];
     const ss_rim_style style = {.width = cone_radius, .ctx = frame, .tangent = true};
     sheet s = {maps, face, (float)(1 / ss_frame_rate(frame))};
-    ss_rim rim;
-    ss_raster_triangle *triangles = NULL;
-    size_t count = 0;
-    softshadow_status status =
-        ss_rim_build(&rim, stage, found, frame, maps->frames.resolution);
-    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
-    if (!status) {
-        status = ss_raster_cpu.draw(triangles, count, 4, maps->frames.resolution, shade, &s, stage->pool);
-    }
-    ss_free(triangles);
-    ss_rim_free(&rim);
-    return status;
-}
-
-static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
-    ss_silhouette found;
-    softshadow_status status = ss_rim_find(stage, &found);
-    if (status) return status;
-    maps->silhouette_edges = found.count;
-    if (found.count) status = ss_outer_clear(maps, "penumbra");
-    for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
-        status = draw_face(stage, maps, &found, face);
-    }
-    ss_silhouette_free(&found);
-    return status;
+    return ss_outer_paint(stage, maps, found, face, &style, shade, &s);
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
-    const ss_light_maps_wish wish = {.state_size = sizeof(ss_light_maps), .slope_texels = 1.5,
-                                     .paper = SS_FALLOFF_BERNSTEIN};
-    softshadow_status status = ss_light_maps_build(stage, &wish, state);
-    if (status || stage->light->point) return status;
-    ss_light_maps *maps = *state;
-    if (maps->frames.count) status = draw(stage, maps);
-    if (status) ss_light_maps_destroy(maps), *state = NULL;
-    return status;
-}
-
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)stage, (void)scratch;
-    const ss_light_maps *maps = state;
-    return ss_light_maps_query(maps, maps->plane ? ss_outer_answer : ss_light_maps_hard, points, n,
-                               visibility, bound, counts);
+    return ss_outer_build(stage, "penumbra", SS_FALLOFF_BERNSTEIN, draw_face, state);
 }
 
 const ss_technique ss_penumbra_map = {
@@ -105,7 +63,7 @@ const ss_technique ss_penumbra_map = {
     .lights_approximated = SS_LIGHTS_RECT,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
+    .query = ss_outer_query,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,
