@@ -40,6 +40,7 @@ struct ss_rays {
     RTCDevice device;
     RTCScene scene; /* NULL: nothing casts */
     _Atomic int64_t bytes;
+    bool committing; /* set while no other thread is about */
     pthread_mutex_t lock; /* guards error and message: builds report from several threads */
     enum RTCError error;
     char message[SS_MESSAGE_SIZE / 2];
@@ -131,17 +132,28 @@ static void on_error(void *user, enum RTCError code, const char *text) {
     pthread_mutex_unlock(&rays->lock);
 }
 
-/* Counts, and says no while saying no is still possible: an allocation that fails inside Embree's
- * builders can abort the process. */
+static bool can_have(size_t bytes) {
+    void *trial = malloc(bytes);
+    free(trial);
+    return trial != NULL;
+}
+
+/* Counts. Says no before the commit only: there it would throw through all threads that joined, and
+ * TBB crashes now and then where two of them rethrow one exception. */
 static bool on_memory(void *user, ssize_t bytes, bool post) {
     ss_rays *rays = user;
-    if (bytes > 0 && !post) {
-        void *trial = malloc((size_t)bytes);
-        if (!trial) return false;
-        free(trial);
-    }
+    if (bytes > 0 && !post && !rays->committing && !can_have((size_t)bytes)) return false;
     atomic_fetch_add(&rays->bytes, bytes);
     return true;
+}
+
+/* What a commit takes at its peak: 85 to 113 bytes a triangle for grids and soups of 128 to 524,288,
+ * by Embree 3.13's own count. */
+static softshadow_status see_memory_coming(const ss_rays *rays) {
+    const size_t triangles = rays->world->triangle_count;
+    if (can_have(128 * triangles + (64 << 10))) return SOFTSHADOW_OK;
+    return ss_fail(SOFTSHADOW_E_MEMORY, "ray tracing: out of memory for Embree's tree of %zu triangles",
+                   triangles);
 }
 
 static softshadow_status failure_of(const ss_rays *rays) {
@@ -191,8 +203,11 @@ static softshadow_status build(ss_rays *rays, ss_pool *pool) {
     rtc->SetSceneBuildQuality(rays->scene, RTC_BUILD_QUALITY_HIGH);
     attach_triangles(rays);
     softshadow_status status = failure_of(rays);
+    if (!status) status = see_memory_coming(rays);
     if (status) return status;
+    rays->committing = true;
     status = ss_parallel_for(pool, ss_pool_threads(pool), 1, commit_body, rays);
+    rays->committing = false;
     return status ? status : failure_of(rays);
 }
 
