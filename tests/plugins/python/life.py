@@ -124,6 +124,7 @@ class Life(unittest.TestCase):
         self.assertEqual(os.waitpid(pid, 0)[1], 0)
         self.assertEqual(bits(scene.visibility(GROUND)), wanted)
 
+    @unittest.skipIf(package.SANITIZERS, "a thread that Python ends by force is unknown to a sanitizer")
     def test_end_of_the_interpreter(self):
         """Scenes that are still there, and a thread still asking, do not disturb the end."""
         code = ASK + """
