@@ -1,5 +1,5 @@
 # make check: everything in seconds. Stress, fuzz and bench have commands of their own.
-EXTRA_DIST += %D%/README.md
+EXTRA_DIST += %D%/README.md %D%/sanitized.sh
 include %D%/unit/local.mk
 include %D%/property/local.mk
 include %D%/abi/local.mk
