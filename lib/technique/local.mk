@@ -1,7 +1,7 @@
 # One file per algorithm, listed in registry.c.
 libsoftshadow_core_la_SOURCES += \
   %D%/backprojection.c \
-  %D%/exact.c %D%/exact.h \
+  %D%/exact.c %D%/exact.h %D%/exact_parts.h %D%/exact_build.c %D%/exact_setup.c \
   %D%/hard.c \
   %D%/lamp.c %D%/lamp.h \
   %D%/light_maps.c %D%/light_maps.h \

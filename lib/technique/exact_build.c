@@ -1,0 +1,121 @@
+/* What exact.c builds for a light: its samples, and the casters' outlines. */
+#include <math.h>
+#include <string.h>
+
+#include "base/status.h"
+#include "base/vec.h"
+#include "technique/exact_parts.h"
+
+/* As many as fill the smallest grid that keeps a tolerance of 1/256: more would cost twice as much.
+ */
+#define DEFAULT_DISK 768
+#define DEFAULT_RECT 528
+
+/* Floats are summed in an order of axes that turns with the scene: bits then do not depend on how
+ * the scene's axes are named. The first vertex that tells two axes apart decides, else the light.
+ */
+static int compare_axes(const ss_world *world, const ss_light *light, int a, int b) {
+    for (size_t v = 0; v < world->vertex_count; v++) {
+        const float x = world->vertices[3 * v + (size_t)a], y = world->vertices[3 * v + (size_t)b];
+        if (x != y) return x < y ? -1 : 1;
+    }
+    const double *const vectors[] = {light->centre, light->normal, light->u, light->v};
+    for (int i = 0; i < 4; i++) {
+        if (vectors[i][a] != vectors[i][b]) return vectors[i][a] < vectors[i][b] ? -1 : 1;
+    }
+    return 0;
+}
+
+static void order_axes(const ss_world *world, const ss_light *light, uint8_t axis[3]) {
+    for (int k = 0; k < 3; k++) axis[k] = (uint8_t)k;
+    for (int i = 1; i < 3; i++) {
+        for (int j = i; j > 0 && compare_axes(world, light, axis[j], axis[j - 1]) < 0; j--) {
+            const uint8_t swap = axis[j];
+            axis[j] = axis[j - 1], axis[j - 1] = swap;
+        }
+    }
+}
+
+void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]) {
+    for (int k = 0; k < 3; k++) out[k] = in[axis[k]];
+}
+
+static void turn_light(const uint8_t axis[3], const ss_light *in, ss_light *out) {
+    *out = *in;
+    ss_exact_turn(axis, in->centre, out->centre);
+    ss_exact_turn(axis, in->normal, out->normal);
+    ss_exact_turn(axis, in->u, out->u);
+    ss_exact_turn(axis, in->v, out->v);
+}
+
+static bool mark_tested(const ss_world *world, uint8_t **tested) {
+    if (!world->any_opacity) return true;
+    *tested = ss_alloc(world->triangle_count, 1);
+    for (uint32_t m = 0; m < world->mesh_count && *tested; m++) {
+        const ss_world_mesh *mesh = &world->meshes[m];
+        if (!mesh->source->opacity.texels) continue;
+        memset(*tested + mesh->first_triangle, 1, mesh->source->triangle_count);
+    }
+    return *tested != NULL;
+}
+
+void ss_exact_destroy(void *state) {
+    exact *e = state;
+    if (!e) return;
+    ss_lattice_destroy(e->samples);
+    ss_outline_destroy(e->outline);
+    ss_free(e->tested);
+    ss_free(e);
+}
+
+/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are
+ * only followed to where they would enter the sphere. */
+static void bound_light(const ss_light *light, double low[3], double high[3]) {
+    for (int k = 0; k < 3; k++) {
+        double reach = fabs(light->u[k]) + fabs(light->v[k]);
+        if (light->type == SOFTSHADOW_SPHERE) reach = light->radius;
+        if (light->type == SOFTSHADOW_SUN) reach = INFINITY;
+        const double centre = light->type == SOFTSHADOW_SUN ? 0 : light->centre[k];
+        low[k] = centre - reach, high[k] = centre + reach;
+    }
+    /* The sun is infinitely far along every axis; along one it is never inside a scene. */
+    if (light->type == SOFTSHADOW_SUN) low[0] = high[0] = INFINITY;
+}
+
+softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
+    exact *e = ss_alloc(1, sizeof *e);
+    if (!e || !mark_tested(stage->world, &e->tested)) {
+        ss_exact_destroy(e);
+        return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
+    }
+    e->kernel = ss_group_kernels_here();
+    order_axes(stage->world, stage->light, e->axis);
+    turn_light(e->axis, stage->light, &e->light);
+    /* Other weightings reckon with the profile themselves. */
+    ss_light shape = *stage->light;
+    if (stage->params->weighting != SOFTSHADOW_UNIFORM) shape.profile_count = 0;
+    const uint32_t usual = stage->light->type == SOFTSHADOW_RECT ? DEFAULT_RECT : DEFAULT_DISK;
+    uint32_t samples = stage->params->samples ? stage->params->samples : usual;
+    if (!stage->params->samples && stage->params->tolerance < 1.0 / 256) {
+        /* The error of a lattice falls with the samples to the power of -3/4. */
+        const double more = pow(1.0 / 256 / stage->params->tolerance, 4.0 / 3);
+        samples = (uint32_t)fmin(usual * more, SS_LATTICE_MOST);
+    }
+    softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
+    if (!status) {
+        double low[3], high[3];
+        bound_light(stage->light, low, high);
+        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, low, high,
+                                  stage->pool);
+    }
+    if (status)
+        ss_exact_destroy(e);
+    else
+        *state = e;
+    return status;
+}
+
+size_t ss_exact_bytes(const void *state) {
+    const exact *e = state;
+    return sizeof *e + ss_lattice_bytes(e->samples) + ss_outline_bytes(e->outline);
+}

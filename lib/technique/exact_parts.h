@@ -1,0 +1,51 @@
+/* The parts of exact.c: what a build makes, what a query works with, and what its files ask of each
+ * other. */
+#ifndef SS_TECHNIQUE_EXACT_PARTS_H
+#define SS_TECHNIQUE_EXACT_PARTS_H
+
+#include "coverage/direct.h"
+#include "coverage/group.h"
+#include "technique/technique.h"
+#include "trace/contact.h"
+
+typedef struct exact {
+    ss_lattice *samples;
+    ss_outline *outline;
+    ss_light light; /* with its axes in summing order */
+    uint8_t axis[3];
+    uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
+    const ss_group_kernel *kernel;
+} exact;
+
+/* What one query works with. */
+typedef struct scratch {
+    const ss_stage *stage;
+    const exact *state;
+    ss_arena *arena;
+    ss_group *group;
+    ss_contact *contact; /* per lane */
+    ss_contact_face *faces;
+    ss_view *view; /* per lane, axes in summing order */
+    uint32_t *skip;
+    uint16_t *skip_lanes;
+    uint32_t *marks; /* tight, wide: see ss_group */
+    ss_direct *direct;
+    uint32_t *triangles;
+    size_t direct_room;
+    bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
+} scratch;
+
+/* exact_build.c: the technique's slots. */
+softshadow_status ss_exact_build(const ss_stage *stage, void **state);
+void ss_exact_destroy(void *state);
+size_t ss_exact_bytes(const void *state);
+/* From the world's axes to summing order. */
+void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
+
+/* exact_setup.c. False: out of memory. */
+bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena);
+bool ss_exact_room(scratch *s, size_t count);
+/* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. */
+bool ss_exact_settles(scratch *s, const ss_point *points, size_t n);
+
+#endif
