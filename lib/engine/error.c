@@ -32,6 +32,10 @@ static void free_chosen(chosen *c) {
     ss_free(c->half[1]);
 }
 
+static size_t place_of(size_t j, size_t n, size_t count) {
+    return (size_t)((double)j / (double)n * (double)count);
+}
+
 static bool choose(chosen *c, const softshadow_points *from, size_t n) {
     const size_t size = from->position_type == SOFTSHADOW_F64 ? 24 : 12;
     *c = (chosen){.points = *from};
@@ -46,7 +50,7 @@ static bool choose(chosen *c, const softshadow_points *from, size_t n) {
         return false;
     }
     for (size_t j = 0; j < n; j++) {
-        const size_t i = (size_t)((double)j / (double)n * (double)from->count);
+        const size_t i = place_of(j, n, from->count);
         memcpy(c->positions + j * size,
                (const char *)from->positions + i * from->position_stride, size);
         if (from->normals) {
@@ -130,20 +134,35 @@ static softshadow_status summarize(const chosen *c, size_t n, softshadow_error *
     return SOFTSHADOW_OK;
 }
 
+/* What was built answers the chosen points, or all of an image where that makes a difference. */
+static softshadow_status answer(softshadow *handle, const softshadow_points *points, size_t n,
+                                chosen *c) {
+    const ss_built *built = &handle->built;
+    ss_stage stage = built->stages[points->light];
+    const ss_asked asked = {built->plan.technique, &stage, built->states[points->light]};
+    ss_totals totals = {0};
+    stage.rows = points->width > 0 && asked.technique->finish;
+    if (!stage.rows) return ss_engine_ask(handle, &asked, &c->points, c->answer, &totals);
+    softshadow_points all = *points;
+    float *whole = ss_alloc(points->count, sizeof *whole);
+    if (!whole) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", points->count);
+    all.error_bound = NULL;
+    const softshadow_status status = ss_engine_ask(handle, &asked, &all, whole, &totals);
+    for (size_t j = 0; j < n && !status; j++) c->answer[j] = whole[place_of(j, n, points->count)];
+    ss_free(whole);
+    return status;
+}
+
 softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
                                     softshadow_error *error) {
-    const ss_built *built = &handle->built;
     size_t n = points->count;
     if (error->max_points && error->max_points < n) n = (size_t)error->max_points;
     chosen c;
     softshadow_status status = SOFTSHADOW_OK;
-    ss_totals totals = {0};
-    const ss_asked asked = {built->plan.technique, &built->stages[points->light],
-                            built->states[points->light]};
     if (!choose(&c, points, n)) {
         status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
     }
-    if (!status) status = ss_engine_ask(handle, &asked, &c.points, c.answer, &totals);
+    if (!status) status = answer(handle, points, n, &c);
     if (!status) {
         status = trace_truth(handle, &c, error->samples ? error->samples : DEFAULT_SAMPLES);
     }

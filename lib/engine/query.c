@@ -248,6 +248,17 @@ static softshadow_status answer_block(batch *b, ss_arena *arena) {
     return status ? status : ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
 }
 
+/* The whole image at once, because a pixel depends on its neighbours. */
+static softshadow_status finish_image(batch *b) {
+    const size_t width = b->points->width;
+    const ss_image image = {.width = width,
+                            .height = b->points->count / width,
+                            .ids = b->points->ids,
+                            .visibility = b->visibility};
+    return b->asked->technique->finish(b->asked->stage, b->asked->state, &image, b->handle->pool,
+                                       &b->totals->counts);
+}
+
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                                 const softshadow_points *points, float *visibility,
                                 ss_totals *totals) {
@@ -269,6 +280,7 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
         status = answer_block(&b, &scratch->arena);
         b.first += b.count;
     }
+    if (!status && asked->stage->rows) status = finish_image(&b);
     pthread_mutex_destroy(&b.lock);
     ss_progress_destroy(b.progress);
     give_scratch(handle, scratch);
@@ -295,6 +307,7 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     ss_stage stage = built->stages[points->light];
     const ss_asked asked = {built->plan.technique, &stage, built->states[points->light]};
     ss_totals totals = {0};
+    stage.rows = points->width > 0 && asked.technique->finish;
     softshadow_status status = ss_engine_lend_lod(handle, points->count, &stage.lod);
     if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
     totals.query_seconds = ss_clock() - start;

@@ -43,7 +43,15 @@ typedef struct ss_stage {
     const struct ss_topology *topology; /* NULL unless needed: scene/connectivity.h */
     const struct ss_silhouette_tree *silhouettes; /* NULL unless needed */
     const struct ss_lod *lod; /* NULL in builds, and in queries that do not repay it */
+    bool rows; /* of this query: its points are rows of an image, and finish() follows */
 } ss_stage;
+
+/* All answers to points that are rows of an image. */
+typedef struct ss_image {
+    size_t width, height;
+    const uint32_t *ids; /* of the objects the points lie on; NULL: one */
+    float *visibility;   /* NaN: a bad point */
+} ss_image;
 
 /* What a query counts; one per worker, summed by the engine. */
 typedef struct ss_counts {
@@ -67,6 +75,11 @@ typedef struct ss_technique {
     softshadow_status (*query)(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts);
+    /* Works over the answers to a whole image in place, on all threads. query() may mark points for it
+     * by setting the sign bit of their answers where stage->rows is set; finish() takes the marks away
+     * and brings the counts in line with what it changed. NULL: images are not special. */
+    softshadow_status (*finish)(const ss_stage *stage, const void *state, const ss_image *image,
+                                ss_pool *pool, ss_counts *counts);
     void (*destroy)(void *state);
     size_t (*bytes)(const void *state);                            /* held by state; may be NULL */
     uint32_t (*map_count)(const void *state);                      /* NULL: none */
