@@ -8,6 +8,7 @@ int cli_methods(int argc, char **argv);
 int cli_info(int argc, char **argv);
 int cli_bench(int argc, char **argv);
 int cli_render(int argc, char **argv);
+int cli_maps(int argc, char **argv);
 int cli_explain(int argc, char **argv);
 
 #endif

@@ -20,6 +20,7 @@ bin_PROGRAMS += softshadow
 softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
   %D%/info.c \
+  %D%/maps.c \
   %D%/methods.c \
   %D%/scene.c %D%/scene.h
 # Only the public header: what the library hides stays hidden from its own command line.

@@ -14,6 +14,7 @@ static const struct command {
 } commands[] = {
     {"query", cli_query, "how much of the light each point of a list or an image sees"},
     {"render", cli_render, "a preview with soft shadows, as a picture"},
+    {"maps", cli_maps, "the planes that a map method builds, as an EXR to look at"},
     {"explain", cli_explain, "which triangles hide the light from one point"},
     {"bench", cli_bench, "run time at equal error, against rays by Embree"},
     {"methods", cli_methods, "the methods there are, and which lights each supports"},

@@ -247,13 +247,16 @@ typedef struct softshadow_stats {
     uint64_t lod_triangles;    /* triangles of coarser levels at hand; 0: none was used */
 } softshadow_stats;
 
-/* One plane of what was built, to look at or to use on a GPU. Valid until the next build. */
+/* One plane of what was built, to look at or to use on a GPU. Valid until the next build. Depths of
+ * 1e30 say that a texel holds nothing. */
 typedef struct softshadow_map {
     uint32_t struct_size;
     const char *name;
     uint32_t width, height, channels;
-    const float *pixels;
+    const float *pixels; /* row after row, the lowest y of clip space first */
     double matrix[16]; /* row-major: world to clip space of the plane */
+    const char *channel_names; /* "c,g,b,q": what each channel holds; NULL: it says so itself */
+    uint32_t light, face; /* whose it is; around a light inside the scene there are faces 0, 1, ... */
 } softshadow_map;
 
 typedef struct softshadow_method {

@@ -151,6 +151,11 @@ ImageSpec spec_of(const image_picture *picture, image_format format) {
     spec.attribute("oiio:ColorSpace", picture->srgb ? "sRGB" : "Linear");
     if (format != IMAGE_PNG) spec.attribute("compression", "zip");
     for (const char *const *m = picture->metadata; m && m[0]; m += 2) spec.attribute(m[0], m[1]);
+    if (picture->world_to_ndc) {
+        float turned[16]; // points are rows in an EXR: v M
+        for (int i = 0; i < 16; i++) turned[i] = float(picture->world_to_ndc[i % 4 * 4 + i / 4]);
+        spec.attribute("worldToNDC", TypeMatrix, turned);
+    }
     return spec;
 }
 

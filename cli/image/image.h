@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-enum { IMAGE_WHY = 512, IMAGE_VERSION = 1, IMAGE_MAX_CHANNELS = 1024 };
+enum { IMAGE_WHY = 512, IMAGE_VERSION = 2, IMAGE_MAX_CHANNELS = 1024 };
 
 typedef enum { IMAGE_EXR, IMAGE_PNG, IMAGE_TIFF } image_format;
 
@@ -54,6 +54,7 @@ typedef struct image_picture {
     /* PNG: the values are encoded for a screen already (sRGB), and are marked so; else linear */
     bool srgb;
     const char *const *metadata; /* name, value, name, value, ..., NULL; or NULL */
+    const double *world_to_ndc;  /* 16, row-major: of a map's light; or NULL. To an EXR's worldToNDC */
 } image_picture;
 
 /* Every function that can fail returns false (or NULL) and puts one line into why[IMAGE_WHY]. */

@@ -430,6 +430,7 @@ softshadow_status softshadow_get_map(const softshadow *handle, uint32_t index,
     }
     if (!status) {
         handle->built.plan.technique->get_map(handle->built.states[light], index - before, &map);
+        map.light = light;
     }
     const softshadow_status copied =
         ss_struct_out("map", given, &map, sizeof map, SIZE_1_0(softshadow_map));

@@ -9,7 +9,6 @@
 
 #define MOST_SAMPLES (1u << 24)
 #define MOST_RESOLUTION 16384u
-#define MOST_LAYERS 64u
 #define MOST_TAPS 64u
 
 static softshadow_status check_range(const char *field, uint32_t value, uint32_t most) {
@@ -39,7 +38,7 @@ static softshadow_status check_request(const softshadow_build *request) {
     } whole[] = {{"backend", request->backend, SOFTSHADOW_ANY},
                  {"samples", request->samples, MOST_SAMPLES},
                  {"resolution", request->resolution, MOST_RESOLUTION},
-                 {"layers", request->layers, MOST_LAYERS},
+                 {"layers", request->layers, SS_MOST_LAYERS},
                  {"falloff", request->falloff, SOFTSHADOW_FALLOFF_PROFILE},
                  {"weighting", request->weighting, SOFTSHADOW_IRRADIANCE},
                  {"mask_taps", request->mask_taps, MOST_TAPS}};

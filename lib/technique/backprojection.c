@@ -16,6 +16,7 @@
  * - [GBP06]'s gap filling is what falloff=paper means with one layer; its gaps are filled towards
  * the left and lower neighbour when that occludes, too. */
 #include <math.h>
+#include <stdio.h>
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -35,6 +36,7 @@ typedef struct back_state {
     ss_pyramid pyramid[SS_MAP_FACES];
     uint32_t layers, max_samples;
     bool fill;
+    char names[SS_MOST_LAYERS * 24]; /* of the plane's channels */
 } back_state;
 
 /* ---- layers ---------------------------------------------------------------------------------- */
@@ -157,6 +159,17 @@ static void destroy(void *state) {
     ss_light_maps_destroy(back);
 }
 
+/* "depth0,depth1,compared0,compared1" */
+static void name_channels(back_state *back) {
+    size_t used = 0;
+    for (uint32_t i = 0; i < 2 * back->layers; i++) {
+        used += (size_t)snprintf(back->names + used, sizeof back->names - used, "%s%s%u",
+                                 i ? "," : "", i < back->layers ? "depth" : "compared",
+                                 i % back->layers);
+    }
+    back->maps.channel_names = back->names;
+}
+
 static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {.state_size = sizeof(back_state),
                                      .slope_texels = 1,
@@ -169,6 +182,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     back->fill = back->layers == 1 && stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
     const uint32_t count = back->maps.frames.count;
     if (count) status = ss_light_maps_add_plane(&back->maps, "layers", 2 * back->layers);
+    name_channels(back);
     for (uint32_t face = 0; face < count && !status; face++) {
         ss_lamp_make(&back->lamp[face], stage->light, &back->maps.frames.face[face]);
         status = peel_face(stage, back, face);

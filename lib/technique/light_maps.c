@@ -126,6 +126,8 @@ void ss_light_maps_get(const void *state, uint32_t index, softshadow_map *map) {
     map->name = second ? maps->plane_name : "depth";
     map->width = map->height = n;
     map->channels = second ? maps->channels : 1;
+    map->channel_names = second ? maps->channel_names : NULL;
+    map->face = face;
     map->pixels = second ? maps->plane + first * maps->channels : maps->depth + first;
     ss_frame_matrix(&maps->frames.face[face], maps->world, n, map->matrix);
 }
@@ -209,6 +211,7 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
 
 softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name) {
     const softshadow_status status = ss_light_maps_add_plane(maps, name, SS_OUTER_CHANNELS);
+    maps->channel_names = "depth,occluder,rise,key";
     for (size_t i = 0; !status && i < maps->texels; i++) {
         float *texel = maps->plane + i * SS_OUTER_CHANNELS;
         texel[SS_OUTER_DEPTH] = maps->depth[i];

@@ -21,7 +21,7 @@ typedef struct ss_light_maps {
     float *depth;  /* the hard shadow's: nearest h, biased */
     float *plane;  /* the technique's own, `channels` numbers a texel; NULL: none */
     uint32_t channels;
-    const char *plane_name;
+    const char *plane_name, *channel_names; /* "a,b,...": softshadow_map's; may be NULL */
     ss_falloff falloff;
     ss_light light; /* for horizons */
     uint64_t silhouette_edges, culled;

@@ -230,6 +230,7 @@ static softshadow_status draw(const ss_stage *stage, limit_state *state) {
     if (status) return status;
     maps->silhouette_edges = found.count;
     if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-limit", LIMIT_CHANNELS);
+    maps->channel_names = "c,g,b,q";
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = build_face(stage, state, &found, face);
     }

@@ -159,6 +159,7 @@ static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
     const size_t n = maps->texels / maps->frames.count;
     float *planes = ss_alloc(n, 3 * sizeof *planes);
     softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS);
+    maps->channel_names = "depth,inside";
     if (!planes)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
     for (uint32_t face = 0; face < maps->frames.count && !status; face++) {

@@ -21,6 +21,8 @@ enum {
     SS_NEEDS_SILHOUETTES = 32 /* silhouette/silhouette.h's tree, and the edge table it reads */
 };
 
+#define SS_MOST_LAYERS 64 /* that a build may ask for */
+
 /* The build as asked, every default filled in, lengths in the host's unit. */
 typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */

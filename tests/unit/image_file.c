@@ -79,7 +79,7 @@ static void floats_come_back(void **state) {
     fill(b, 1e-30f, 1e-31f);
     const image_plane planes[] = {{"visibility", a, 1}, {"P.X", b, 1}};
     const char *const metadata[] = {"Software", "softshadow", NULL};
-    const image_picture picture = {W, H, planes, 2, false, metadata};
+    const image_picture picture = {W, H, planes, 2, false, metadata, NULL};
     for (int format = IMAGE_EXR; format <= IMAGE_TIFF; format++) {
         if (format == IMAGE_PNG) continue;
         void *bytes = NULL;
@@ -108,7 +108,7 @@ static void png_is_eight_bits(void **state) {
     float a[N];
     fill(a, -0.1f, 1.2f / (N - 1));
     const image_plane planes[] = {{"Y", a, 1}};
-    const image_picture picture = {W, H, planes, 1, false, NULL};
+    const image_picture picture = {W, H, planes, 1, false, NULL, NULL};
     void *bytes = NULL;
     size_t size = 0;
     char why[IMAGE_WHY] = "";
@@ -136,7 +136,7 @@ static void adding_keeps_the_rest(void **state) {
     fill(c, 1, -0.01f);
     const image_plane before[] = {{"P.X", a, 1}, {"visibility", b, 1}};
     const char *const metadata[] = {"shot", "042", NULL};
-    const image_picture first = {W, H, before, 2, false, metadata};
+    const image_picture first = {W, H, before, 2, false, metadata, NULL};
     void *bytes = NULL;
     size_t size = 0;
     char why[IMAGE_WHY] = "";
@@ -146,9 +146,9 @@ static void adding_keeps_the_rest(void **state) {
     module->free_bytes(bytes);
     image_file *from = open_or_fail(path);
     const image_plane added[] = {{"visibility", c, 1}, {"visibility.2", b, 1}};
-    const image_picture more = {W, H, added, 2, false, NULL};
+    const image_picture more = {W, H, added, 2, false, NULL, NULL};
     if (!module->encode_like(from, &more, &bytes, &size, why)) fail_msg("%s", why);
-    const image_picture other = {W + 1, H, added, 2, false, NULL};
+    const image_picture other = {W + 1, H, added, 2, false, NULL, NULL};
     void *none = NULL;
     assert_false(module->encode_like(from, &other, &none, &size, why));
     assert_null(none);

@@ -94,7 +94,8 @@ class softshadow_stats(Structure):
 class softshadow_map(Structure):
     _fields_ = [("struct_size", c_uint32), ("name", c_char_p), ("width", c_uint32),
                 ("height", c_uint32), ("channels", c_uint32), ("pixels", c_void_p),
-                ("matrix", c_double * 16)]
+                ("matrix", c_double * 16), ("channel_names", c_char_p), ("light", c_uint32),
+                ("face", c_uint32)]
 
 
 class softshadow_method(Structure):

@@ -66,6 +66,8 @@ class Map:
 
     pixels  float32, shape (height, width, channels); without numpy flat, row after row
     matrix  16 numbers, row-major: world to clip space of the plane
+    channel_names  what each channel holds; empty where the name says so itself
+    light, face    whose it is; around a light inside the scene there are faces 0, 1, ...
     """
 
     name: str
@@ -74,6 +76,9 @@ class Map:
     channels: int
     pixels: Array
     matrix: Tuple[float, ...]
+    channel_names: Tuple[str, ...] = ()
+    light: int = 0
+    face: int = 0
 
 
 @dataclass(frozen=True)

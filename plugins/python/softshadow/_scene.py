@@ -402,8 +402,10 @@ class Scene:
             self._call(library.softshadow_get_map, index, byref(plane))
             pixels = _buffers.copy_out(plane.pixels, "float32",
                                        (plane.height, plane.width, plane.channels))
+            names = _abi.text(plane.channel_names) if plane.channel_names else ""
             return _results.Map(_abi.text(plane.name), plane.width, plane.height, plane.channels,
-                                pixels, tuple(plane.matrix))
+                                pixels, tuple(plane.matrix), tuple(names.split(",") if names else ()),
+                                plane.light, plane.face)
 
     def mesh_info(self, mesh_id: int) -> _results.MeshReport:
         """Counts what a mesh is made of; works before any build."""
