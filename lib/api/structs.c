@@ -4,11 +4,15 @@
 
 #include "base/status.h"
 
+/* No version's struct comes near this: a larger size is memory that nobody has set, and what would
+ * lie behind the struct is not to be read. */
+#define MOST 4096
+
 static softshadow_status given_size(const char *name, const void *given, size_t least,
                                     uint32_t *size) {
     if (!given) return ss_fail(SOFTSHADOW_E_ARGUMENT, "%s: NULL, must be a struct", name);
     memcpy(size, given, sizeof *size);
-    if (*size >= least) return SOFTSHADOW_OK;
+    if (*size >= least && *size <= MOST) return SOFTSHADOW_OK;
     return ss_fail(SOFTSHADOW_E_ARGUMENT,
                    "%s.struct_size: %u, must be sizeof the struct (at least %zu); start from its "
                    "_INIT macro",
@@ -18,7 +22,7 @@ static softshadow_status given_size(const char *name, const void *given, size_t 
 bool ss_struct_takes(const void *given, size_t least) {
     uint32_t size = 0;
     if (given) memcpy(&size, given, sizeof size);
-    return size >= least;
+    return size >= least && size <= MOST;
 }
 
 softshadow_status ss_struct_in(const char *name, const void *given, void *ours, size_t size,
