@@ -40,10 +40,11 @@ static bool begin_text(points_sink *sink, cli_error *error) {
     const points_source *source = sink->source;
     cli_text *out = &sink->scratch;
     if (source->format == POINTS_TEXT) {
-        cli_text_append(out, source->header.begin, source->header_cut);
-        if (source->header_cut) put_names(sink, out);
-        cli_text_append(out, source->header.begin + source->header_cut,
-                        source->header.length - source->header_cut);
+        const char *names = source->header.begin; /* NULL: there is none */
+        const size_t cut = source->header_cut;
+        cli_text_append(out, names, cut);
+        if (cut) put_names(sink, out);
+        if (names) cli_text_append(out, names + cut, source->header.length - cut);
     } else {
         const char *names = source->normals ? "x,y,z,nx,ny,nz" : "x,y,z";
         if (!sink->commas) cli_text_append(out, "# ", 2);
