@@ -5,5 +5,6 @@ include %D%/property/local.mk
 include %D%/abi/local.mk
 include %D%/bench/local.mk
 include %D%/cli/local.mk
+include %D%/fuzz/local.mk
 include %D%/install/local.mk
 include %D%/plugins/local.mk

@@ -1,12 +1,6 @@
 /* libFuzzer on the readers of mesh files: no crash, no leak, no index out of range, no coordinate
  * that is not finite, and every refusal is one plain line. The first byte chooses the name's ending
- * (and with it the format) and whether texture coordinates are asked for.
- *
- * Not built by default:
- *   clang++ -std=c++17 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -Icli -c cli/number.cc
- *   clang -g -O1 -fsanitize=fuzzer,address,undefined -Icli -Ilib tests/fuzz/fuzz_mesh.c \
- *     cli/error.c cli/mesh/[a-z]*.c number.o -lm -lstdc++ -o fuzz_mesh
- *   ./fuzz_mesh -rss_limit_mb=512 -timeout=5 CORPUS */
+ * (and with it the format) and whether texture coordinates are asked for. */
 #include "mesh/readers.h"
 
 #include "softshadow.h"

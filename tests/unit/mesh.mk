@@ -14,7 +14,6 @@ tests_unit_mesh_hostile_CPPFLAGS = $(mesh_test_cppflags)
 tests_unit_mesh_hostile_SOURCES = %D%/mesh_hostile.c %D%/mesh_files.h
 tests_unit_mesh_hostile_LDADD = libcli.la $(CMOCKA_LIBS) -lm
 endif
-EXTRA_DIST += tests/fuzz/fuzz_mesh.c
 
 dist_check_SCRIPTS += %D%/info.sh
 TESTS += %D%/info.sh

@@ -1,0 +1,41 @@
+#!/bin/sh
+# make check-fuzz: builds the library and the fuzzers with clang, libFuzzer, ASan and UBSan in
+# fuzz/build, and runs each for FUZZ_SECONDS (60) on a corpus that grows in fuzz/NAME. What a fuzzer
+# finds stays in fuzz/NAME-crash-*; `fuzz/build/tests/fuzz/NAME FILE` runs it again.
+# FUZZERS="fuzz_abi" runs only those.
+set -eu
+seconds=${FUZZ_SECONDS:-60}
+clang=$(command -v clang || true)
+[ -n "$clang" ] || { echo "check-fuzz: clang is missing; ./bootstrap --hosts installs it" >&2; exit 77; }
+mkdir -p fuzz/build
+root=$PWD/fuzz
+flags="-g -O1 -fno-omit-frame-pointer -fno-sanitize-recover=undefined"
+cover="-fsanitize=fuzzer-no-link,address,undefined"
+# Programs are linked as C: no type information at run time.
+cd fuzz/build
+if [ ! -f config.status ]; then
+    "$srcdir/configure" -q --disable-shared --enable-static CC=clang CXX=clang++ \
+        CFLAGS="$flags $cover" CXXFLAGS="$flags $cover -fno-sanitize=vptr" LDFLAGS="-fsanitize=address,undefined"
+fi
+programs=
+for name in $fuzzers; do programs="$programs tests/fuzz/$name"; done
+# shellcheck disable=SC2086 # a list of programs
+make -s -j"$(nproc)" $programs
+failed=0
+for name in ${FUZZERS:-$fuzzers}; do
+    mkdir -p "$root/$name"
+    seeds=
+    [ ! -d "$srcdir/tests/fuzz/corpus/$name" ] || seeds=$srcdir/tests/fuzz/corpus/$name
+    # shellcheck disable=SC2086 # there may be none
+    if ./tests/fuzz/"$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=4096 \
+        -print_final_stats=1 -artifact_prefix="$root/$name-" "$root/$name" $seeds \
+        >"$root/$name.log" 2>&1; then
+        runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$root/$name.log")
+        echo "PASS: $name: $runs inputs in $seconds s"
+    else
+        echo "FAIL: $name: fuzz/$name.log ends:"
+        tail -n 40 "$root/$name.log"
+        failed=1
+    fi
+done
+exit $failed
