@@ -12,6 +12,7 @@
 #include "../options.h"
 #include "../output.h"
 #include "bench.h"
+#include "figure10.h"
 #include "report.h"
 
 enum { SCENES = 32 };
@@ -20,9 +21,9 @@ typedef struct request {
     bench_options options;
     size_t scenes[SCENES];
     size_t scene_count;
-    const char *csv, *times, *models;
+    const char *csv, *times, *models, *figure10;
     softshadow_light light;
-    bool light_given, quick, calibrate;
+    bool light_given, quick, calibrate, figure10_given;
     bool small, medium, object; /* lights */
     bool camera, scattered;
     report report;
@@ -290,6 +291,10 @@ int cli_bench(int argc, char **argv) {
          .help = "ratios and errors, which others can check"},
         {.name = "times", .kind = CLI_TEXT, .argument = "FILE", .into = &r.times,
          .help = "times too, which hold for this machine only"},
+        {.name = "figure10", .kind = CLI_TEXT, .argument = "DIR", .into = &r.figure10,
+         .optional = true, .given = &r.figure10_given,
+         .help = "only Lawlor's table of map methods, with the paper's numbers; it and\n"
+                 "its pictures are written into DIR (figure10)"},
         {.name = "calibrate", .kind = CLI_FLAG, .into = &r.calibrate,
          .help = "find the medium light: a quarter of the points in penumbra"},
         {0}};
@@ -302,6 +307,15 @@ int cli_bench(int argc, char **argv) {
     int count, status;
     cli_error error;
     if (!cli_options_parse(&command, argc, argv, &files, &count, &status)) return status;
+    if (r.figure10_given) {
+        const char *folder = r.figure10 ? r.figure10 : "figure10";
+        if (count) {
+            cli_fail(&error, CLI_USAGE, "--figure10: has a scene of its own, no mesh is allowed");
+            return cli_options_complain("bench", &error);
+        }
+        if (!bench_figure10(folder, &error)) return cli_options_complain("bench", &error);
+        return cli_options_flush("bench");
+    }
     complete(&r, count);
     if (o->threads == 1) pin();
     if (!all_scenes(&r, files, count, &error)) return cli_options_complain("bench", &error);

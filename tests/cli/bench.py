@@ -2,6 +2,7 @@
 """The bench measures what it says it does: on scenes that take a second, against what must hold."""
 import csv
 import os
+import struct
 import subprocess
 
 from command import LIGHT, MESH, Case, main
@@ -56,6 +57,29 @@ class Bench(Case):
                                     *SMALL)).decode()
         self.assertRegex(out, r"^dragon-11k +left out: .*dragon_vrip_res4.ply is not there; "
                               r"examples/fetch-models gets it\n")
+
+    def test_figure10(self):
+        out = self.good(self.run_it("bench", "--figure10=" + self.path("f"))).decode()
+        ours = {line.split()[0]: [float(n) for n in line.replace("(", " ").replace(")", " ").split()[1:9]]
+                for line in out.splitlines() if line.startswith(("penumbra-limit", "hard"))}
+        self.assertEqual(ours["hard"][1::2], [45.5, 39.3, 35.1, 34.2])
+        for mine, paper in zip(ours["penumbra-limit"][0::2], ours["penumbra-limit"][1::2]):
+            self.assertLessEqual(mine, paper)
+        rows = self.rows("f/figure10.csv")
+        kept = [float(row["rms"]) for row in rows if row["method"] == "hard"]
+        for mine, told in zip(ours["hard"][0::2], kept):
+            self.assertAlmostEqual(mine, told, delta=.06)  # printed with one digit
+        methods = {row["method"] for row in rows if row["resolution"]}
+        self.assertEqual(sorted(os.listdir(self.path("f"))),
+                         sorted([m + ".png" for m in methods] + ["truth.png", "figure10.csv"]))
+        for name in methods:
+            with open(self.path("f/" + name + ".png"), "rb") as file:
+                head = file.read(24)
+            self.assertEqual((head[:4], struct.unpack(">2I", head[16:])), (b"\x89PNG", (512, 256)))
+        self.bad(self.run_it("bench", "--figure10", self.mesh), 2, "no mesh")
+        self.bad(self.run_it("bench", "--figure10=" + self.path("no/f")), 1, "no/f")
+        with open("/dev/full", "wb") as full:
+            self.bad(self.run_it("bench", "--figure10=" + self.path("f"), stdout=full), 1)
 
     def test_usage(self):
         self.bad(self.run_it("bench", "--scenes", "bunnny"), 2, "--scenes bunnny", "bunny")

@@ -3,7 +3,7 @@
 if HAVE_CMOCKA
 check_LTLIBRARIES += libsoftshadow-proof.la
 libsoftshadow_proof_la_SOURCES = \
-  tests/scenes.c tests/scenes_bench.c tests/scenes.h tests/ask.c tests/ask.h \
+  tests/scenes.c tests/scenes_bench.c tests/scenes.h tests/figure10.c tests/figure10.h tests/ask.c tests/ask.h \
   tests/oracle/closed.c tests/oracle/union.c tests/oracle/brute.c tests/oracle/oracle.h
 libsoftshadow_proof_la_CPPFLAGS = $(PROOF_CPPFLAGS)
 PROOF_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests $(CMOCKA_CFLAGS)
