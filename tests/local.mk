@@ -6,5 +6,6 @@ include %D%/abi/local.mk
 include %D%/bench/local.mk
 include %D%/cli/local.mk
 include %D%/fuzz/local.mk
+include %D%/stress/local.mk
 include %D%/install/local.mk
 include %D%/plugins/local.mk

@@ -1,0 +1,23 @@
+# make check-stress: where arithmetic hurts, as a table (stress/sweep.csv); STRESS_SCENES (10,000)
+# random scenes against exact areas. Built by name only.
+if HAVE_CMOCKA
+EXTRA_PROGRAMS += tests/stress/sweep tests/stress/scenes
+tests_stress_sweep_SOURCES = %D%/sweep.c %D%/cases.c %D%/ask.c %D%/stress.h
+tests_stress_sweep_CPPFLAGS = $(PROOF_CPPFLAGS)
+tests_stress_sweep_LDADD = $(PROOF_LIBS)
+tests_stress_scenes_SOURCES = %D%/scenes.c %D%/ask.c %D%/stress.h
+tests_stress_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
+tests_stress_scenes_LDADD = $(PROOF_LIBS)
+
+STRESS_SCENES = 10000
+check-stress: tests/stress/sweep tests/stress/scenes
+	@$(MKDIR_P) stress
+	./tests/stress/sweep --csv stress/sweep.csv
+	./tests/stress/scenes 0 $(STRESS_SCENES)
+
+endif
+clean-local-stress:
+	-rm -f stress/sweep.csv
+	-rmdir stress 2>/dev/null
+clean-local: clean-local-stress
+.PHONY: check-stress clean-local-stress
