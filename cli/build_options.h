@@ -17,6 +17,7 @@ typedef struct cli_build_options {
     float *profile; /* of all lights; owned */
     double bounds[6];
     bool quiet, bounds_given, blur;
+    bool silent;         /* not even warnings on stderr: a host owns it */
     bool stats;          /* print softshadow_stats ... */
     uint32_t stats_form; /* ... 0: as a table, 1: as json */
     bool verify;         /* measure the error on ... */

@@ -10,7 +10,8 @@ libcli_la_SOURCES = \
   %D%/options.c %D%/options.h \
   %D%/light.c %D%/light.h \
   %D%/build_options.c %D%/build_options.h \
-  %D%/progress.c %D%/progress.h
+  %D%/progress.c %D%/progress.h \
+  %D%/scene.c %D%/scene.h
 # The C++ here is a face for header-only code: without exceptions it links as C.
 libcli_la_CXXFLAGS = $(AM_CXXFLAGS) -fno-exceptions -fno-rtti
 libcli_la_CPPFLAGS = $(AM_CPPFLAGS)
@@ -21,8 +22,7 @@ softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
   %D%/info.c \
   %D%/maps.c \
-  %D%/methods.c \
-  %D%/scene.c %D%/scene.h
+  %D%/methods.c
 # Only the public header: what the library hides stays hidden from its own command line.
 softshadow_LDADD = libcli.la libsoftshadow.la -lm -lpthread
 

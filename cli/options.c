@@ -125,6 +125,21 @@ static bool take_value(const cli_option *option, const char *value, cli_error *e
     return false;
 }
 
+const cli_option *cli_options_find(const cli_command *command, const char *name) {
+    return find(command, name, strlen(name), 0);
+}
+
+bool cli_options_set(const cli_option *option, const char *value, cli_error *error) {
+    if (option->given) *option->given = true;
+    if (option->kind == CLI_FLAG) {
+        if (value && *value)
+            return cli_fail(error, CLI_USAGE, "--%s: takes no value", option->name);
+        *(bool *)option->into = true;
+        return true;
+    }
+    return take_value(option, value ? value : "", error);
+}
+
 /* One option at argv[*at]; *at is moved to the last argument used. */
 static bool take_option(const cli_command *command, int argc, char **argv, int *at,
                         cli_error *error) {

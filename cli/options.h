@@ -60,6 +60,11 @@ typedef struct cli_command {
 bool cli_options_parse(const cli_command *command, int argc, char **argv, char ***operands,
                        int *count, int *status);
 
+/* For files that hold options, a line each: the option of that name (no dashes), or NULL; and its
+ * value, as --name=VALUE would set it (a flag takes NULL or ""). */
+const cli_option *cli_options_find(const cli_command *command, const char *name);
+bool cli_options_set(const cli_option *option, const char *value, cli_error *error);
+
 /* "softshadow query: TEXT" on stderr; returns error->status. */
 int cli_options_complain(const char *command, const cli_error *error);
 

@@ -75,7 +75,7 @@ int cli_progress_step(void *opaque, double done) {
 void cli_progress_log(void *opaque, int level, const char *text) {
     cli_progress *progress = opaque;
     /* An error is also what the call that failed returns, and is said there. */
-    if (level == 0 || (progress->quiet && level >= 2)) return;
+    if (level == 0 || progress->silent || (progress->quiet && level >= 2)) return;
     pthread_mutex_lock(&progress->lock);
     clear(progress);
     fprintf(stderr, "softshadow: %s%s\n", level == 1 ? "warning: " : "", text);

@@ -13,6 +13,7 @@ typedef struct cli_progress {
     uint64_t points;      /* done so far, shown when the whole is not known (to is 0) */
     double started, drawn_at;
     bool shown, wanted, quiet;
+    bool silent; /* not even warnings: stderr is not ours */
 } cli_progress;
 
 void cli_progress_init(cli_progress *progress, bool quiet);

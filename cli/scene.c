@@ -68,7 +68,8 @@ static bool fill(cli_scene *scene, const cli_build_options *options, char *const
 bool cli_scene_open(cli_scene *scene, const cli_build_options *options, char *const *mesh_paths,
                     int mesh_count, cli_error *error) {
     *scene = (cli_scene){0};
-    cli_progress_init(&scene->progress, options->quiet);
+    cli_progress_init(&scene->progress, options->quiet || options->silent);
+    scene->progress.silent = options->silent;
     if (fill(scene, options, mesh_paths, mesh_count, error)) return true;
     cli_scene_close(scene);
     return false;

@@ -2,7 +2,7 @@
 EXTRA_DIST += \
   %D%/Makefile \
   %D%/01_one_triangle.c %D%/02_error_bound.c %D%/03_lights.c %D%/04_in_a_host.c %D%/05_dlopen.c \
-  %D%/demo.sh %D%/fetch-models \
+  %D%/composite.sh %D%/demo.sh %D%/fetch-models \
   %D%/pictures/bunny.png %D%/pictures/light.png
 
 # Out of tree, too: everything lands in $(builddir)/demo.

@@ -28,9 +28,7 @@ typedef struct band {
 static bool no_memory(cli_error *error) { return cli_fail(error, CLI_FAILED, "memory ran out"); }
 
 static bool band_make(band *b, const picture *p) {
-    uint32_t rows = BAND_RAYS / (p->width * p->aa * p->aa);
-    if (rows < 1) rows = 1;
-    if (rows > p->height) rows = p->height;
+    const uint32_t rows = p->band_rows;
     const size_t room = (size_t)p->width * p->aa * rows * p->aa;
     *b = (band){
         .rays = {.width = p->width * p->aa, .height = p->height * p->aa, .rows = rows * p->aa}};
@@ -119,25 +117,32 @@ static double ground_left(const picture *p, vector at) {
 }
 
 /* Adds one ray's light to its pixel. */
-static void shade(const band *b, const picture *p, size_t i, float rgba[4], float *visibility) {
+static void shade(const band *b, picture *p, size_t i, size_t pixel) {
+    const uint32_t lights = p->build->light_count;
     const vector at = vector_of(b->position + 3 * i);
     const vector normal = {b->normal[3 * i], b->normal[3 * i + 1], b->normal[3 * i + 2]};
     const bool is_ground = b->primitive[i] == SOFTSHADOW_NO_PRIMITIVE;
     const double part = 1.0 / (p->aa * p->aa), alpha = is_ground ? ground_left(p, at) : 1;
-    /* From a sky: what faces up gets twice of what looks down. */
-    const double sky = p->up == 'z' ? normal.z : normal.y;
-    double light = p->ambient * (0.75 + 0.25 * sky);
-    for (uint32_t l = 0; l < p->build->light_count; l++) {
-        const float seen = b->visibility[l * b->count + i];
-        /* A point the library has no answer for (outside --bounds) is shown as not lit. */
-        light += shade_irradiance(&p->build->lights[l], p->build->build.weighting, p->centre, at,
-                                  normal, seen > 0 ? seen : 0) /
-                 p->build->light_count;
-        visibility[l] += (float)part * (seen - 1);
-    }
     const double *albedo = is_ground ? p->ground_albedo : p->albedo;
-    for (int c = 0; c < 3; c++) rgba[c] += (float)(part * alpha * albedo[c] * light);
-    rgba[3] += (float)(part * alpha);
+    /* From a sky: what faces up gets twice of what looks down. */
+    const double sky = p->ambient * (0.75 + 0.25 * (p->up == 'z' ? normal.z : normal.y));
+    double light = sky;
+    for (uint32_t l = 0; l < lights; l++) {
+        const float seen = b->visibility[l * b->count + i];
+        const double whole = shade_irradiance(&p->build->lights[l], p->build->build.weighting,
+                                              p->centre, at, normal, 1) /
+                             lights;
+        /* A point the library has no answer for (outside --bounds) is shown as not lit. */
+        if (seen > 0) light += whole * seen;
+        p->visibility[lights * pixel + l] += (float)part * (seen - 1);
+        for (size_t c = 0; p->split && c < 3; c++)
+            p->unshadowed[3 * (lights * pixel + l) + c] += (float)(part * alpha * albedo[c] * whole);
+    }
+    for (size_t c = 0; c < 3; c++) {
+        p->beauty[4 * pixel + c] += (float)(part * alpha * albedo[c] * light);
+        if (p->split) p->unlit[3 * pixel + c] += (float)(part * alpha * albedo[c] * sky);
+    }
+    p->beauty[4 * pixel + 3] += (float)(part * alpha);
 }
 
 /* The ray in the pixel's middle (of an even number: the one right of and below it) gives what must
@@ -151,12 +156,11 @@ static void note_middle(const band *b, picture *p, size_t i, size_t pixel) {
 }
 
 static void paint(const band *b, picture *p) {
-    const uint32_t lights = p->build->light_count;
     for (size_t i = 0; i < b->count; i++) {
         const uint32_t column = b->ray[i] % b->rays.width;
         const uint32_t row = b->rays.first_row + b->ray[i] / b->rays.width;
         const size_t pixel = (size_t)(row / p->aa) * p->width + column / p->aa;
-        shade(b, p, i, p->beauty + 4 * pixel, p->visibility + lights * pixel);
+        shade(b, p, i, pixel);
         if (row % p->aa == p->aa / 2 && column % p->aa == p->aa / 2) note_middle(b, p, i, pixel);
     }
 }
@@ -182,40 +186,58 @@ static bool make_planes(picture *p) {
     p->position = calloc(pixels, 3 * sizeof(float));
     p->normal = calloc(pixels, 3 * sizeof(float));
     p->depth = calloc(pixels, sizeof(float));
+    p->bands_done = calloc(p->height / p->band_rows + 1, sizeof(bool));
     if (kept) {
         p->kept_positions = malloc(kept * 3 * sizeof(double));
         p->kept_normals = malloc(kept * 3 * sizeof(float));
         p->kept_primitives = malloc(kept * sizeof(uint64_t));
         if (!p->kept_positions || !p->kept_normals || !p->kept_primitives) return false;
     }
-    if (!p->beauty || !p->visibility || !p->position || !p->normal || !p->depth) return false;
+    if (p->split) {
+        p->unlit = calloc(pixels, 3 * sizeof(float));
+        p->unshadowed = calloc(pixels * lights, 3 * sizeof(float));
+        if (!p->unlit || !p->unshadowed) return false;
+    }
+    if (!p->beauty || !p->visibility || !p->position || !p->normal || !p->depth || !p->bands_done)
+        return false;
     for (size_t i = 0; i < pixels * lights; i++) p->visibility[i] = 1;
     return true;
 }
 
-static bool render_bands(picture *p, band *b, cli_scene *scene, cli_error *error) {
-    const uint32_t height = b->rays.height, rows = b->rays.rows;
-    cli_progress_begin(&scene->progress, "rendering");
-    for (uint32_t first = 0; first < height; first += rows) {
-        b->rays.first_row = first;
-        b->rays.rows = height - first < rows ? height - first : rows;
-        cli_progress_span(&scene->progress, (double)first / height,
-                          (double)(first + b->rays.rows) / height, 0);
-        raster_fill(&b->rays, &p->camera, p->surfaces, p->surface_count);
-        gather(b, p);
-        if (!ask(b, scene, error)) return false;
-        paint(b, p);
-        if (p->verify) keep(b, p);
-        p->points += b->count;
-        p->rays += (uint64_t)b->rays.width * b->rays.rows;
-    }
-    return true;
+bool picture_begin(picture *p, cli_error *error) {
+    p->band_rows = BAND_RAYS / (p->width * p->aa * p->aa);
+    if (p->band_rows < 1) p->band_rows = 1;
+    if (p->band_rows > p->height) p->band_rows = p->height;
+    return make_planes(p) || no_memory(error);
 }
 
-bool picture_render(picture *p, cli_scene *scene, cli_error *error) {
+/* Everything that can fail comes before anything is painted. */
+static bool render_band(picture *p, band *b, cli_scene *scene, uint32_t number, cli_error *error) {
+    const uint32_t height = b->rays.height, most = p->band_rows * p->aa, first = number * most;
+    b->rays.first_row = first;
+    b->rays.rows = height - first < most ? height - first : most;
+    cli_progress_span(&scene->progress, (double)first / height,
+                      (double)(first + b->rays.rows) / height, 0);
+    raster_fill(&b->rays, &p->camera, p->surfaces, p->surface_count);
+    gather(b, p);
+    if (!ask(b, scene, error)) return false;
+    paint(b, p);
+    if (p->verify) keep(b, p);
+    p->points += b->count;
+    p->rays += (uint64_t)b->rays.width * b->rays.rows;
+    return p->bands_done[number] = true;
+}
+
+bool picture_rows(picture *p, cli_scene *scene, uint32_t first, uint32_t count, cli_error *error) {
+    uint32_t number = first / p->band_rows;
+    const uint32_t end = count ? (first + count - 1) / p->band_rows + 1 : number;
+    while (number < end && p->bands_done[number]) number++;
+    if (number == end) return true;
     band b = {0};
-    if (!make_planes(p)) return no_memory(error);
-    const bool done = band_make(&b, p) ? render_bands(p, &b, scene, error) : no_memory(error);
+    bool done = band_make(&b, p) || no_memory(error);
+    cli_progress_begin(&scene->progress, "rendering");
+    for (; done && number < end; number++)
+        if (!p->bands_done[number]) done = render_band(p, &b, scene, number, error);
     band_free(&b);
     return done;
 }

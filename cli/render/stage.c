@@ -100,6 +100,7 @@ void picture_free(picture *p) {
     }
     void *const owned[] = {p->surfaces,     p->normals,        p->beauty, p->visibility,
                            p->position,     p->normal,         p->depth,  p->kept_positions,
-                           p->kept_normals, p->kept_primitives};
+                           p->kept_normals, p->kept_primitives, p->unlit,  p->unshadowed,
+                           p->bands_done};
     for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) free(owned[i]);
 }
