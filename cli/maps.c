@@ -61,7 +61,7 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *count,
         .about =
             "Writes the planes that a map method builds, as 32-bit floats. A channel is named after\n"
             "its plane and what it holds: depth, penumbra-limit.c; with several lights or faces of a\n"
-            "cube light1.face2.depth. The attribute softshadow:matrix (with the same prefix) has 16\n"
+            "cube light1.face2.depth. The attribute softshadow.matrix (with the same prefix) has 16\n"
             "numbers, row by row: from the scene to clip space, y up. Depths of 1e30 hold nothing.",
         .table_names = headings,
         .tables = {own, build, run},
@@ -191,7 +191,7 @@ static void add_channels(sheet *s, const plane *one) {
 /* A plane's matrix under its prefix; planes of one face share theirs. */
 static void add_matrix(sheet *s, const plane *one, uint32_t *used, uint32_t *matrices) {
     char(*text)[MATRIX_TEXT] = s->matrices[*matrices];
-    snprintf(text[0], MATRIX_TEXT, "softshadow:%smatrix", one->prefix);
+    snprintf(text[0], MATRIX_TEXT, "softshadow.%smatrix", one->prefix);
     for (uint32_t i = 0; i < *matrices; i++)
         if (strcmp(s->matrices[i][0], text[0]) == 0) return;
     print_matrix(one->map.matrix, text[1]);
@@ -230,7 +230,7 @@ static bool sheet_make(sheet *s, const plane *list, uint32_t count, const char *
     uint32_t used = 0, matrices = 0;
     snprintf(software, sizeof software, "softshadow %s", softshadow_version_string());
     s->metadata[used++] = "Software", s->metadata[used++] = software;
-    s->metadata[used++] = "softshadow:method", s->metadata[used++] = method;
+    s->metadata[used++] = "softshadow.method", s->metadata[used++] = method;
     s->picture = (image_picture){.width = first->width,
                                  .height = first->height,
                                  .planes = s->channels,

@@ -38,7 +38,7 @@ composite() {
         "$1" --ch R=visibility_0,G=visibility_0,B=visibility_0 --mul --add \
         "$1" --ch R=unshadowed.2.R,G=unshadowed.2.G,B=unshadowed.2.B \
         "$1" --ch R=visibility_1,G=visibility_1,B=visibility_1 --mul --add \
-        "$1" --ch A --chappend --eraseattrib softshadow:method -o "$2.exr" \
+        "$1" --ch A --chappend --eraseattrib softshadow.method -o "$2.exr" \
         --ch R,G,B --colorconvert linear sRGB -d uint8 -o "$2.png"
 }
 composite seen.exr beauty

@@ -170,7 +170,7 @@ static bool write_all(const job *j, const cli_scene *scene, const image_module *
         stats.method_used = "unknown";
     char software[40];
     snprintf(software, sizeof software, "softshadow %s", softshadow_version_string());
-    const char *const metadata[] = {"Software", software, "softshadow:method", stats.method_used,
+    const char *const metadata[] = {"Software", software, "softshadow.method", stats.method_used,
                                     NULL};
     for (uint32_t i = 0; i < j->file_count; i++) {
         const image_format format = j->formats[i];

@@ -53,7 +53,7 @@ class Maps(Case):
         self.assertIn("%d x   %d, 5 channel, float openexr" % (SIDE, SIDE), about)
         channels = re.search(r"channel list: (.*)", about).group(1).split(", ")
         self.assertEqual(set(channels), {"depth"} | {"penumbra-limit." + c for c in "cgbq"})
-        numbers = re.search(r'softshadow:matrix: "(.*)"', about).group(1)
+        numbers = re.search(r'softshadow.matrix: "(.*)"', about).group(1)
         matrix = [float(n) for n in numbers.split()]
         ndc = [float(n) for n in re.search(r"worldToNDC: (.*)", about).group(1).split(", ")]
         for i in range(16):  # rows of one are columns of the other, printed with six digits
