@@ -1,3 +1,4 @@
 # Each adapts one host to the public header; none reaches into the library.
 EXTRA_DIST += %D%/README.md
 include %D%/python/local.mk
+include %D%/oiio/local.mk

@@ -50,4 +50,13 @@ grep -qFx "$(cat 5.txt)" 1.txt || wrong "05: another answer than 01"
 status=0
 ./05_dlopen "$root/none.so" 2>none.txt || status=$?
 [ "$status" = 3 ] && grep -q 'no soft shadows' none.txt || wrong "05 without the library: status $status"
+
+# The reader for OpenImageIO finds the installed library and knows its files.
+plugin=$(find "$root" -name softshadow.imageio.so)
+[ -n "$plugin" ] || wrong "softshadow.imageio.so is not installed"
+if command -v oiiotool >/dev/null && [ -z "${SANITIZERS:-}" ]; then
+    printf 'softshadow 1\nsize 3\n' >bad.softshadow
+    OIIO_LIBRARY_PATH=$(dirname "$plugin") oiiotool bad.softshadow --info >6.txt 2>&1 || :
+    grep -q 'bad.softshadow:2: size 3: WxH' 6.txt || wrong "oiiotool: $(cat 6.txt)"
+fi
 exit "$bad"

@@ -1,1 +1,2 @@
 include %D%/python/local.mk
+include %D%/oiio/local.mk
