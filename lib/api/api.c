@@ -215,10 +215,6 @@ softshadow_status softshadow_build_maps(softshadow *handle, const softshadow_bui
         status = ss_struct_in("build", given, &request, sizeof request, SIZE_1_0(softshadow_build));
     }
     if (!status) status = ss_engine_build(handle, &request);
-    if (!status && handle->built.plan.fell_back && handle->options.log) {
-        handle->options.log(handle->options.user, 2,
-                            "SOFTSHADOW_ANY: this method runs on the CPU");
-    }
     return leave(&c, status);
 }
 
@@ -370,7 +366,7 @@ static void sum_up(softshadow *handle, softshadow_stats *stats) {
     stats->map_bytes = built->bytes, stats->peak_bytes = built->peak_bytes;
     stats->lod_triangles = built->lod_triangles;
     pthread_mutex_unlock(&handle->lod_lock);
-    stats->method_used = technique->name, stats->backend_used = built->plan.backend;
+    stats->method_used = technique->name, stats->backend_used = totals.counts.spared ? ss_raster_cpu.name : built->plan.raster->name;
     for (uint32_t i = 0; i < built->light_count; i++) {
         if (technique->silhouette_edges) {
             stats->silhouette_edges += technique->silhouette_edges(built->states[i]);

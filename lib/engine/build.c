@@ -18,10 +18,15 @@ static void free_states(ss_built *built) {
             built->plan.technique->destroy(built->states[i]);
         }
     }
+    for (uint32_t i = 0; i < built->light_count && built->programs; i++) {
+        built->plan.raster->unload(built->programs[i]);
+    }
+    ss_free(built->programs);
     ss_free(built->states);
     ss_free(built->stages);
     ss_free(built->lights);
     built->states = NULL, built->stages = NULL, built->lights = NULL, built->light_count = 0;
+    built->programs = NULL;
 }
 
 static void free_geometry(ss_built *built) {
@@ -85,13 +90,26 @@ static void localize_bounds(const ss_world *world, ss_params *params) {
     memcpy(params->bounds + 3, high, sizeof high);
 }
 
+/* Builds for light i, and takes its query to the GPU. */
+static softshadow_status build_light(ss_built *built, uint32_t i) {
+    const ss_technique *technique = built->plan.technique;
+    ss_raster_question question = {0};
+    softshadow_status status = SOFTSHADOW_OK;
+    if (technique->build) status = technique->build(&built->stages[i], &built->states[i]);
+    if (status || !built->programs) return status;
+    if (!technique->tables(built->states[i], &question)) return SOFTSHADOW_OK;
+    return built->plan.raster->load(&question, &built->programs[i]);
+}
+
 static softshadow_status build_lights(softshadow *handle, ss_progress *progress) {
     ss_built *built = &handle->built;
     const uint32_t n = handle->scene.light_count;
+    const bool ask_in_c = !built->plan.raster->load;
     built->lights = ss_alloc(n, sizeof *built->lights);
     built->stages = ss_alloc(n, sizeof *built->stages);
     built->states = ss_alloc(n, sizeof *built->states);
-    if (!built->lights || !built->stages || !built->states) {
+    built->programs = ask_in_c ? NULL : ss_alloc(n, sizeof *built->programs);
+    if (!built->lights || !built->stages || !built->states || (!ask_in_c && !built->programs)) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %u lights", n);
     }
     built->light_count = n;
@@ -106,10 +124,9 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
                                       .bvh = built->bvh,
                                       .rays = built->rays,
                                       .topology = built->topology,
-                                      .silhouettes = built->silhouettes};
-        if (!built->plan.technique->build) continue;
-        const softshadow_status status =
-            built->plan.technique->build(&built->stages[i], &built->states[i]);
+                                      .silhouettes = built->silhouettes,
+                                      .raster = built->plan.raster};
+        const softshadow_status status = build_light(built, i);
         if (status) return status;
     }
     return SOFTSHADOW_OK;
@@ -165,7 +182,7 @@ softshadow_status ss_engine_lend_lod(softshadow *handle, size_t count, const str
 }
 
 static bool same_plan(const ss_plan *a, const ss_plan *b) {
-    return a->technique == b->technique && a->needs == b->needs &&
+    return a->technique == b->technique && a->needs == b->needs && a->raster == b->raster &&
            memcmp(&a->params, &b->params, sizeof a->params) == 0;
 }
 
@@ -182,6 +199,15 @@ static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progr
     for (uint32_t i = 0; i < built->light_count; i++) built->stages[i].progress = NULL;
     if (!status) count_bytes(built);
     return status;
+}
+
+/* What a request that says ANY does when the GPU fails under it. */
+static softshadow_status build_somewhere(softshadow *handle, ss_plan *plan, ss_progress *progress) {
+    softshadow_status status = build(handle, plan, progress);
+    if (status != SOFTSHADOW_E_BACKEND || !plan->any || plan->raster == &ss_raster_cpu) return status;
+    ss_plan_spare(plan);
+    free_states(&handle->built);
+    return build(handle, plan, progress);
 }
 
 softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request) {
@@ -205,7 +231,7 @@ softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *re
         progress = ss_progress_create(&handle->options, 1);
         if (!progress) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
     }
-    if (!status) status = build(handle, &plan, progress);
+    if (!status) status = build_somewhere(handle, &plan, progress);
     ss_progress_destroy(progress);
     if (status) {
         ss_built_free(built);
@@ -214,5 +240,7 @@ softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *re
     built->ready = true;
     handle->requested = plan;
     handle->totals.build_seconds = ss_clock() - start;
+    if (plan.raster->spent) handle->totals.build_copies = plan.raster->spent();
+    if (*plan.why) ss_engine_tell(handle, plan.why);
     return SOFTSHADOW_OK;
 }

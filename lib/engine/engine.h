@@ -13,6 +13,7 @@
 /* Sums since the last build. */
 typedef struct ss_totals {
     double build_seconds, query_seconds;
+    ss_raster_spent build_copies;
     ss_counts counts;
     uint64_t points, points_bad;
 } ss_totals;
@@ -31,6 +32,7 @@ typedef struct ss_built {
     ss_light *lights;
     ss_stage *stages; /* one a light */
     void **states;    /* the technique's, one a light */
+    ss_raster_program **programs; /* its queries at the GPU; NULL, or NULL for a light: asked in C */
     uint32_t light_count;
     size_t bytes, peak_bytes;
     uint64_t lod_triangles; /* of lod, 0 without */
@@ -46,6 +48,7 @@ struct softshadow {
     ss_plan requested; /* what built was made from */
     pthread_mutex_t totals_lock;
     ss_totals totals;
+    bool told; /* has the host been told that SOFTSHADOW_ANY is the CPU? */
     pthread_mutex_t scratch_lock;
     struct ss_scratch *scratch; /* arenas of workers that rest */
     pthread_mutex_t lod_lock;   /* held while a query makes built.lod */
@@ -66,11 +69,17 @@ typedef struct ss_asked {
     const ss_technique *technique;
     const ss_stage *stage;
     const void *state;
+    ss_raster_program *program; /* NULL: asked in C */
+    bool any;                   /* in C, too, where the GPU fails */
 } ss_asked;
+/* What was built for one light. */
+ss_asked ss_engine_asked(const softshadow *handle, const ss_stage *stage, uint32_t light);
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                                 const softshadow_points *points, float *visibility,
                                 ss_totals *totals);
 void ss_scratch_free(softshadow *handle);
+/* Tells the host once, by its log. */
+void ss_engine_tell(softshadow *handle, const char *why);
 
 softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
                                     softshadow_error *error);

@@ -98,7 +98,7 @@ static softshadow_status trace_truth(softshadow *handle, chosen *c, uint32_t sam
         void *state = NULL;
         params.seed = handle->built.plan.params.seed + 1 + h;
         status = ss_raytrace_prepare(&stage, samples / 2 + samples % 2, SS_SOBOL, &state);
-        const ss_asked asked = {&ss_raytrace, &stage, state};
+        const ss_asked asked = {.technique = &ss_raytrace, .stage = &stage, .state = state};
         if (!status) status = ss_engine_ask(handle, &asked, &c->points, c->half[h], &totals);
         if (state) ss_raytrace.destroy(state);
     }
@@ -139,7 +139,7 @@ static softshadow_status answer(softshadow *handle, const softshadow_points *poi
                                 chosen *c) {
     const ss_built *built = &handle->built;
     ss_stage stage = built->stages[points->light];
-    const ss_asked asked = {built->plan.technique, &stage, built->states[points->light]};
+    const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
     stage.rows = points->width > 0 && asked.technique->finish;
     if (!stage.rows) return ss_engine_ask(handle, &asked, &c->points, c->answer, &totals);

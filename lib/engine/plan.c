@@ -95,13 +95,27 @@ static softshadow_status check_lights(const ss_technique *technique, const ss_sc
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status choose_backend(ss_plan *plan, uint32_t backend) {
-    plan->backend = "cpu";
-    plan->fell_back = backend == SOFTSHADOW_ANY;
-    if (backend != SOFTSHADOW_EGL) return SOFTSHADOW_OK;
+static softshadow_status open_gpu(const ss_technique *technique) {
+    ss_raster_device device;
+    if (technique->query_glsl) return ss_raster_egl.open(&device);
     return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
                    "build.backend: SOFTSHADOW_EGL, method \"%s\" runs on SOFTSHADOW_CPU only",
-                   plan->technique->name);
+                   technique->name);
+}
+
+static softshadow_status choose_backend(ss_plan *plan, uint32_t backend) {
+    plan->raster = &ss_raster_cpu, plan->any = backend == SOFTSHADOW_ANY;
+    if (backend == SOFTSHADOW_CPU) return SOFTSHADOW_OK;
+    const softshadow_status status = open_gpu(plan->technique);
+    if (!status) plan->raster = &ss_raster_egl;
+    else if (plan->any) ss_plan_spare(plan);
+    return plan->any ? SOFTSHADOW_OK : status;
+}
+
+void ss_plan_spare(ss_plan *plan) {
+    plan->raster = &ss_raster_cpu;
+    snprintf(plan->why, sizeof plan->why, "%s", ss_message());
+    ss_message_clear();
 }
 
 static uint32_t or_default(uint32_t value, uint32_t otherwise) { return value ? value : otherwise; }
@@ -143,7 +157,6 @@ softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
     const char *method = request->method ? request->method : "auto";
     if (!status) status = find_technique(method, &plan->technique);
     if (!status) status = check_lights(plan->technique, scene);
-    if (!status) status = choose_backend(plan, request->backend);
     if (status) return status;
     const uint32_t weighting = request->weighting;
     if (!(plan->technique->weightings >> weighting & 1)) {
@@ -161,5 +174,5 @@ softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
                        "build.method: \"%s\" traces rays, which cannot be promised after fork()",
                        plan->technique->name);
     }
-    return SOFTSHADOW_OK;
+    return choose_backend(plan, request->backend);
 }

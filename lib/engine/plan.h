@@ -2,6 +2,8 @@
 #ifndef SS_ENGINE_PLAN_H
 #define SS_ENGINE_PLAN_H
 
+#include "base/status.h"
+#include "raster/raster.h"
 #include "scene/scene.h"
 #include "technique/technique.h"
 
@@ -9,12 +11,16 @@ typedef struct ss_plan {
     const ss_technique *technique;
     uint32_t needs;       /* SS_NEEDS_, less what this scene does without */
     ss_params params;     /* defaults filled in; bounds still in the host's coordinates */
-    const char *backend;  /* "cpu" */
-    bool fell_back;       /* SOFTSHADOW_ANY found no GPU path and took the CPU */
+    const ss_raster *raster;   /* the backend */
+    bool any;                  /* SOFTSHADOW_ANY: the CPU where the GPU cannot */
+    char why[SS_MESSAGE_SIZE]; /* it is the CPU then; "" where it is not */
 } ss_plan;
 
 /* Checks a request against the scene and decides. Changes nothing. */
 softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
                                const ss_scene *scene);
+
+/* Takes the CPU instead, because of this thread's message. */
+void ss_plan_spare(ss_plan *plan);
 
 #endif

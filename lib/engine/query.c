@@ -1,10 +1,12 @@
 /* The loop over a batch: read and check points, put them in an order that keeps neighbours together,
  * hand ranges of them to the technique on all threads, scatter the answers. */
+#include <stdio.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "engine/device.h"
 #include "engine/engine.h"
 #include "engine/order.h"
 #include "engine/settle.h"
@@ -177,6 +179,7 @@ static void add_counts(batch *b, const ss_counts *counts) {
     ss_counts *sum = &b->totals->counts;
     sum->lit += counts->lit, sum->umbra += counts->umbra, sum->penumbra += counts->penumbra;
     sum->traced += counts->traced, sum->settled += counts->settled, sum->rays += counts->rays;
+    sum->spared += counts->spared, sum->up += counts->up, sum->down += counts->down;
     pthread_mutex_unlock(&b->lock);
 }
 
@@ -189,7 +192,10 @@ static softshadow_status answer(batch *b, ss_point *points, size_t n, ss_arena *
     ss_counts counts = {0};
     const ss_asked *asked = b->asked;
     softshadow_status status = SOFTSHADOW_OK;
-    if (n) {
+    if (n && asked->program) {
+        status = ss_device_answer(asked, points, n, visibility, bound, arena, b->progress, &counts);
+        if (counts.spared) ss_engine_tell(b->handle, ss_message()), ss_message_clear();
+    } else if (n) {
         status = asked->technique->query(asked->stage, asked->state, points, n, visibility, bound,
                                          arena, &counts);
     }
@@ -241,11 +247,12 @@ static softshadow_status answer_block(batch *b, ss_arena *arena) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
     }
     ss_pool *pool = b->handle->pool;
+    const uint64_t range = b->asked->program ? SS_DEVICE_RANGE : RANGE;
     softshadow_status status = ss_parallel_for(pool, b->count, 4096, prepare, b);
     if (status) return status;
-    if (!ordered) return ss_parallel_for(pool, b->count, RANGE, answer_range, b);
+    if (!ordered) return ss_parallel_for(pool, b->count, range, answer_range, b);
     status = ss_order_morton(&b->order, b->prepared, b->count, pool);
-    return status ? status : ss_parallel_for(pool, b->order.count, RANGE, answer_range, b);
+    return status ? status : ss_parallel_for(pool, b->order.count, range, answer_range, b);
 }
 
 /* The whole image at once, because a pixel depends on its neighbours. */
@@ -297,7 +304,29 @@ static void add_totals(softshadow *handle, const ss_totals *totals) {
     sum->counts.lit += counts->lit, sum->counts.umbra += counts->umbra;
     sum->counts.penumbra += counts->penumbra, sum->counts.traced += counts->traced;
     sum->counts.settled += counts->settled, sum->counts.rays += counts->rays;
+    sum->counts.spared += counts->spared;
+    sum->counts.up += counts->up, sum->counts.down += counts->down;
     pthread_mutex_unlock(&handle->totals_lock);
+}
+
+ss_asked ss_engine_asked(const softshadow *handle, const ss_stage *stage, uint32_t light) {
+    const ss_built *built = &handle->built;
+    return (ss_asked){.technique = built->plan.technique,
+                      .stage = stage,
+                      .state = built->states[light],
+                      .program = built->programs ? built->programs[light] : NULL,
+                      .any = built->plan.any};
+}
+
+void ss_engine_tell(softshadow *handle, const char *why) {
+    char text[SS_MESSAGE_SIZE];
+    pthread_mutex_lock(&handle->totals_lock);
+    const bool told = handle->told;
+    handle->told = true;
+    pthread_mutex_unlock(&handle->totals_lock);
+    if (told || !handle->options.log) return;
+    snprintf(text, sizeof text, "SOFTSHADOW_ANY: on the CPU: %.400s", why);
+    handle->options.log(handle->options.user, 2, text);
 }
 
 softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,
@@ -305,7 +334,7 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     const double start = ss_clock();
     const ss_built *built = &handle->built;
     ss_stage stage = built->stages[points->light];
-    const ss_asked asked = {built->plan.technique, &stage, built->states[points->light]};
+    const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
     stage.rows = points->width > 0 && asked.technique->finish;
     softshadow_status status = ss_engine_lend_lod(handle, points->count, &stage.lod);

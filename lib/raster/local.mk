@@ -1,7 +1,21 @@
 # Drawing into maps: one table of passes, and the CPU's.
 libsoftshadow_core_la_SOURCES += \
   %D%/raster.h \
+  %D%/casters.c %D%/casters.h \
+  %D%/clip.c %D%/clip.h \
+  %D%/setup.c %D%/setup.h \
   %D%/cpu/bins.c %D%/cpu/bins.h \
-  %D%/cpu/clip.c %D%/cpu/clip.h \
   %D%/cpu/cpu.c \
   %D%/cpu/scan.c %D%/cpu/scan.h
+# Loaded when it is asked for: only the types of libepoxy's headers are used.
+AM_CPPFLAGS += $(EPOXY_CFLAGS)
+libsoftshadow_core_la_SOURCES += \
+  %D%/egl/ask.c %D%/egl/ask.h \
+  %D%/egl/context.c %D%/egl/context.h \
+  %D%/egl/depth.c \
+  %D%/egl/egl.c \
+  %D%/egl/gl.c %D%/egl/gl.h \
+  %D%/egl/keep.c \
+  %D%/egl/passes.h \
+  %D%/egl/thread.c %D%/egl/thread.h \
+  %D%/egl/walk.c %D%/egl/walk.h

@@ -23,6 +23,7 @@ typedef struct ss_raster_casters {
     double slope_texels, steepest;
     double deepest; /* triangles wholly beyond this h are left out */
     bool front_only; /* triangles that turn their back to the light are left out */
+    bool holes_only; /* triangles without an opacity texture are left out */
     uint8_t *held;  /* per triangle, set to 1 where the map needs it; or NULL */
 } ss_raster_casters;
 
@@ -43,18 +44,76 @@ typedef struct ss_raster_run {
 } ss_raster_run;
 typedef void ss_raster_shade(void *ctx, const ss_raster_run *run);
 
+/* A read-only array that a shader sees as a buffer of 32-bit words. */
+typedef struct ss_raster_table {
+    const void *data;
+    size_t size; /* bytes */
+} ss_raster_table;
+#define SS_RASTER_TABLES 6
+
+/* How a technique keeps what covers a texel: of all that is offered there the one with the least key, the
+ * first of those that are alike. The same twice: for machines that run C, and as text. */
+typedef struct ss_raster_ink {
+    ss_raster_shade *shade; /* offers and keeps by itself */
+    void *ctx;
+    /* NULL: only the CPU can. Declares its tables (binding 4 and on) and defines
+     *   bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value)
+     * false: not offered. `resolution` is a constant of the text before it. */
+    const char *offer_glsl;
+    ss_raster_table table[SS_RASTER_TABLES];
+    uint32_t tables;
+    float first_key; /* what each texel has at first: only lesser keys count */
+    void (*keep)(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]);
+} ss_raster_ink;
+
+/* What answers points: text that declares its tables (binding 2 and on) and defines
+ *   float answer(vec3 look, uint face)
+ * of a point in map coordinates, and those tables. Texts are constants: they are known by address. */
+typedef struct ss_raster_question {
+    const char *glsl;
+    ss_raster_table table[SS_RASTER_TABLES];
+    uint32_t tables;
+} ss_raster_question;
+
+typedef struct ss_raster_program ss_raster_program; /* a question at the machine, its tables copied */
+typedef struct ss_raster_ticket ss_raster_ticket;   /* points on their way */
+typedef float ss_raster_look[4];                    /* column, row, h, face */
+
+/* What the thread that calls has spent on copies since it last asked, in seconds. */
+typedef struct ss_raster_spent {
+    double up, down;
+} ss_raster_spent;
+
+typedef struct ss_raster_device {
+    char name[128], version[128]; /* the driver's words */
+} ss_raster_device;
+
 typedef struct ss_raster {
     const char *name;
+    /* Makes the machine ready, once a process; what it is goes to *device. NULL: always ready. */
+    softshadow_status (*open)(ss_raster_device *device);
     /* The nearest h of any caster at each texel, SS_MAP_FAR where there is none. */
     softshadow_status (*depth)(const ss_raster_casters *casters, float *plane, ss_pool *pool);
     /* The nearest h deeper than `above`: the next layer. */
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
-    /* `used` of the attributes; corners may be anywhere. */
+    /* `used` of the attributes; corners may be anywhere. Runs where C runs. */
     softshadow_status (*draw)(const ss_raster_triangle *triangles, size_t count, uint32_t used,
                               uint32_t resolution, ss_raster_shade *shade, void *ctx, ss_pool *pool);
+    /* The same, with all the attributes, for what is kept by the rule of an ink. */
+    softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
+                              const ss_raster_ink *ink, ss_pool *pool);
+
+    /* Questions. NULL, all four: they are asked in C. A ticket is to be waited for, whatever happened
+     * meanwhile; looks and answers stay where they are until then. Any number of threads may ask. */
+    softshadow_status (*load)(const ss_raster_question *question, ss_raster_program **out);
+    softshadow_status (*submit)(ss_raster_program *program, const ss_raster_look *looks, size_t n,
+                                float *answers, ss_raster_ticket **out);
+    softshadow_status (*wait)(ss_raster_ticket *ticket);
+    void (*unload)(ss_raster_program *program); /* NULL is fine */
+    ss_raster_spent (*spent)(void);             /* and starts anew; NULL: there are no copies */
 } ss_raster;
 
-extern const ss_raster ss_raster_cpu;
+extern const ss_raster ss_raster_cpu, ss_raster_egl;
 
 #endif

@@ -73,7 +73,7 @@ static softshadow_status peel(peeling *p, const float *first) {
     for (uint32_t l = 1; l < p->back->layers; l++) {
         if (any) {
             const softshadow_status status =
-                ss_raster_cpu.peel(&casters, p->above, p->layer, p->stage->pool);
+                p->stage->raster->peel(&casters, p->above, p->layer, p->stage->pool);
             if (status) return status;
         }
         any = keep_layer(p, any ? p->layer : p->above, l);

@@ -42,7 +42,7 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
             .held = held,
         };
         float *plane = maps->depth + face * (maps->texels / maps->frames.count);
-        const softshadow_status status = ss_raster_cpu.depth(&casters, plane, stage->pool);
+        const softshadow_status status = stage->raster->depth(&casters, plane, stage->pool);
         if (status) return status;
         if (bias > 0 && !wish->bare) bias_depth(maps, face, bias);
     }
@@ -181,6 +181,20 @@ static void light_inside(const ss_light_maps *maps, const ss_point *points, size
     }
 }
 
+void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
+                           float *bound, ss_counts *counts) {
+    const ss_light_maps *maps = state;
+    if (maps->frames.count) light_inside(maps, points, n, visibility);
+    for (size_t i = 0; i < n; i++) {
+        const float *normal = points[i].normal;
+        if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) continue;
+        const float above = above_horizon(maps, &points[i]);
+        visibility[i] = above < visibility[i] ? above : visibility[i];
+    }
+    for (size_t i = 0; bound && i < n; i++) bound[i] = NAN;
+    count(visibility, n, counts);
+}
+
 softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
                                       const ss_point *points, size_t n, float *visibility,
                                       float *bound, ss_counts *counts) {
@@ -191,20 +205,47 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
         if (maps->frames.count) {
             ss_frames_look(&maps->frames, points + first, m, &looks);
             answer(maps, &looks, m, out);
-            light_inside(maps, points + first, m, out);
         } else {
             for (size_t i = 0; i < m; i++) out[i] = 1;
         }
+        ss_light_maps_horizon(maps, points + first, m, out, bound ? bound + first : NULL, counts);
+    }
+    return SOFTSHADOW_OK;
+}
+
+/* ---- the same on a GPU ----------------------------------------------------------------------- */
+
+const char ss_light_maps_hard_glsl[] =
+    SS_LIGHT_MAPS_GLSL "float answer(vec3 look, uint face) { return hard(look, face); }\n";
+
+bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
+    if (!maps->frames.count) return false;
+    maps->words[0] = (float)maps->frames.resolution;
+    *question = (ss_raster_question){
+        .glsl = glsl,
+        .table = {{maps->depth, maps->texels * sizeof *maps->depth},
+                  {maps->plane, maps->texels * maps->channels * sizeof *maps->plane},
+                  {maps->falloff.value, sizeof maps->falloff.value},
+                  {maps->words, sizeof maps->words}},
+        .tables = 4};
+    return true;
+}
+
+bool ss_light_maps_tables_hard(void *state, ss_raster_question *question) {
+    return ss_light_maps_ask(state, ss_light_maps_hard_glsl, question);
+}
+
+void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*out)[4]) {
+    const ss_light_maps *maps = state;
+    for (size_t first = 0; first < n; first += SS_LOOKS) {
+        const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
+        ss_looks looks;
+        ss_frames_look(&maps->frames, points + first, m, &looks);
         for (size_t i = 0; i < m; i++) {
-            const float *normal = points[first + i].normal;
-            if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) continue;
-            const float above = above_horizon(maps, &points[first + i]);
-            out[i] = above < out[i] ? above : out[i];
+            float *to = out[first + i];
+            to[0] = looks.x[i], to[1] = looks.y[i], to[2] = looks.h[i], to[3] = looks.face[i];
         }
     }
-    for (size_t i = 0; bound && i < n; i++) bound[i] = NAN;
-    count(visibility, n, counts);
-    return SOFTSHADOW_OK;
 }
 
 /* ---- outer penumbrae ------------------------------------------------------------------------ */

@@ -14,6 +14,8 @@
     (1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_SUN)
 #define SS_LIGHTS_RECT (1u << SOFTSHADOW_RECT)
 
+#define SS_LIGHT_MAPS_WORDS (8 + 64 * SS_MAP_FACES)
+
 typedef struct ss_light_maps {
     ss_frames frames;
     const ss_world *world;
@@ -26,6 +28,7 @@ typedef struct ss_light_maps {
     ss_light light; /* for horizons */
     uint64_t silhouette_edges, culled;
     size_t state_size;
+    float words[SS_LIGHT_MAPS_WORDS]; /* numbers for the shader: see SS_LIGHT_MAPS_GLSL */
 } ss_light_maps;
 
 /* How a technique wants its hard shadow. */
@@ -61,6 +64,37 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
                                       float *bound, ss_counts *counts);
 /* The hard shadow: 0 where something nearer is in the point's texel. */
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
+
+/* ---- the same on a GPU ----------------------------------------------------------------------- */
+
+/* What a technique's query_glsl begins with: the tables that ss_light_maps_tables() names, and what
+ * the functions of the same names do in C. words[]: the side of a map, 7 numbers of the technique's own,
+ * then 64 a face. */
+#define SS_LIGHT_MAPS_GLSL \
+    "layout(std430, binding = 2) readonly buffer Depths { float depths[]; };\n" \
+    "layout(std430, binding = 3) readonly buffer Planes { float planes[]; };\n" \
+    "layout(std430, binding = 4) readonly buffer Falloff { float falloff[]; };\n" \
+    "layout(std430, binding = 5) readonly buffer Words { float words[]; };\n" \
+    "uint side() { return uint(words[0]); }\n" \
+    "uint base_of(uint face) { return face * side() * side(); }\n" \
+    "float word(uint face, uint i) { return words[8u + 64u * face + i]; }\n" \
+    "float falloff_at(float l) {\n" \
+    "    float x = (l > 0.0 ? l < 1.0 ? l : 1.0 : 0.0) * 1024.0;\n" \
+    "    int i = int(x);\n" \
+    "    return falloff[i] + (x - float(i)) * (falloff[i + 1] - falloff[i]);\n" \
+    "}\n" \
+    "float hard(vec3 look, uint face) {\n" \
+    "    uint at = base_of(face) + uint(look.y) * side() + uint(look.x);\n" \
+    "    return depths[at] < look.z ? 0.0 : 1.0;\n" \
+    "}\n"
+extern const char ss_light_maps_hard_glsl[];
+
+/* The technique vtable's. The question is `glsl` with tables 0 to 3; the caller may add two. */
+bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
+bool ss_light_maps_tables_hard(void *state, ss_raster_question *question);
+void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
+void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
+                           float *bound, ss_counts *counts);
 
 /* ---- outer penumbrae: penumbra-map and smoothie ---------------------------------------------- */
 

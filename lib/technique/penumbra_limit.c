@@ -187,7 +187,7 @@ static softshadow_status limit(const ss_stage *stage, ribbons *r) {
                                        .steepest = STEEPEST,
                                        .deepest = r->frame->far_h,
                                        .front_only = true};
-    const softshadow_status status = ss_raster_cpu.peel(&casters, above, lower, stage->pool);
+    const softshadow_status status = stage->raster->peel(&casters, above, lower, stage->pool);
     for (size_t i = 0; i < n && !status; i++) {
         if (above[i] < SS_MAP_FAR) r->texels[i * LIMIT_CHANNELS + LIMIT_B] = lower[i];
     }

@@ -134,7 +134,7 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
     for (size_t i = 0; i < (size_t)side * side; i++) {
         above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
     }
-    return status ? status : ss_raster_cpu.peel(&casters, above, second, stage->pool);
+    return status ? status : stage->raster->peel(&casters, above, second, stage->pool);
 }
 
 static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face,

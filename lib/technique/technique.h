@@ -10,6 +10,8 @@
 
 struct ss_bvh;
 struct ss_rays;
+struct ss_raster;
+struct ss_raster_question;
 
 /* What a technique needs before its build; the plan prepares these and nothing else. */
 enum {
@@ -44,6 +46,7 @@ typedef struct ss_stage {
     const struct ss_rays *rays; /* NULL unless needed */
     const struct ss_topology *topology; /* NULL unless needed: scene/connectivity.h */
     const struct ss_silhouette_tree *silhouettes; /* NULL unless needed */
+    const struct ss_raster *raster; /* draws the maps, in builds */
     const struct ss_lod *lod; /* NULL in builds, and in queries that do not repay it */
     bool rows; /* of this query: its points are rows of an image, and finish() follows */
 } ss_stage;
@@ -58,6 +61,8 @@ typedef struct ss_image {
 /* What a query counts; one per worker, summed by the engine. */
 typedef struct ss_counts {
     uint64_t lit, umbra, penumbra, traced, settled, rays;
+    uint64_t spared; /* answered by the CPU because the GPU failed */
+    double up, down; /* seconds of copies to the GPU and back */
 } ss_counts;
 
 typedef struct ss_technique {
@@ -82,6 +87,14 @@ typedef struct ss_technique {
      * and brings the counts in line with what it changed. NULL: images are not special. */
     softshadow_status (*finish)(const ss_stage *stage, const void *state, const ss_image *image,
                                 ss_pool *pool, ss_counts *counts);
+    /* The query once more for a GPU, in three parts; all NULL: the CPU only. `query_glsl` is a pure
+     * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes points to
+     * where it starts from; `horizon` adds to its answers what no map knows, and counts. */
+    const char *query_glsl;
+    bool (*tables)(void *state, struct ss_raster_question *question); /* false: query() knows all */
+    void (*look)(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
+    void (*horizon)(const void *state, const ss_point *points, size_t n, float *visibility,
+                    float *bound, ss_counts *counts);
     void (*destroy)(void *state);
     size_t (*bytes)(const void *state);                            /* held by state; may be NULL */
     uint32_t (*map_count)(const void *state);                      /* NULL: none */

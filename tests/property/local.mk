@@ -44,3 +44,13 @@ TESTS += $(map_proofs)
 %C%_maps_figure10_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_figure10_LDADD = $(PROOF_LIBS)
 endif
+
+# The same on a GPU: Mesa's llvmpipe does as one.
+if HAVE_CMOCKA
+gpu_proofs = %D%/gpu
+check_PROGRAMS += $(gpu_proofs)
+TESTS += $(gpu_proofs)
+EXTRA_DIST += tests/gpu.h
+%C%_gpu_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_gpu_LDADD = $(PROOF_LIBS)
+endif

@@ -1,5 +1,5 @@
 /* based on: [SH74]. */
-#include "raster/cpu/clip.h"
+#include "raster/clip.h"
 
 #include <string.h>
 

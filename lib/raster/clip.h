@@ -1,8 +1,8 @@
 /* Triangles that leave the range of the scan converter. */
-#ifndef SS_RASTER_CPU_CLIP_H
-#define SS_RASTER_CPU_CLIP_H
+#ifndef SS_RASTER_CLIP_H
+#define SS_RASTER_CLIP_H
 
-#include "raster/cpu/scan.h"
+#include "raster/setup.h"
 
 #define SS_CLIP_MOST 9 /* corners of a triangle cut by five planes, and one to spare */
 

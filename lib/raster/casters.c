@@ -1,0 +1,145 @@
+#include "raster/casters.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+
+#define GRAIN 8192
+
+static softshadow_status project(void *ctx, uint64_t begin, uint64_t end) {
+    const ss_casters *c = ctx;
+    const ss_frame frame = *c->asked->frame;
+    for (uint64_t v = begin; v < end; v++) {
+        const float *f = c->asked->world->vertices + 3 * v;
+        const double p[3] = {f[0], f[1], f[2]};
+        double at[3];
+        const bool seen = ss_frame_project(&frame, p, at) && fabs(at[0]) < SS_GUARD && fabs(at[1]) < SS_GUARD;
+        if (seen) c->vertex[v] = (ss_caster_vertex){(float)at[0], (float)at[1], (float)at[2]};
+        else c->vertex[v] = (ss_caster_vertex){NAN, NAN, NAN};
+    }
+    return SOFTSHADOW_OK;
+}
+
+softshadow_status ss_casters_project(ss_casters *out, const ss_raster_casters *asked, ss_pool *pool) {
+    const ss_world *world = asked->world;
+    *out = (ss_casters){.asked = asked, .mirrored = ss_frame_mirrored(asked->frame)};
+    out->vertex = ss_alloc(world->vertex_count, sizeof *out->vertex);
+    if (!out->vertex) {
+        return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu vertices", world->vertex_count);
+    }
+    return ss_parallel_for(pool, world->vertex_count, GRAIN, project, out);
+}
+
+void ss_casters_free(ss_casters *casters) {
+    ss_free(casters->vertex);
+    casters->vertex = NULL;
+}
+
+int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corner[SS_CLIP_MOST]) {
+    const ss_world *world = casters->asked->world;
+    const uint32_t *index = world->indices + 3 * t;
+    bool plain = true;
+    for (int i = 0; i < 3; i++) {
+        const ss_caster_vertex *p = &casters->vertex[index[i]];
+        plain &= p->x == p->x;
+        corner[i] = (ss_scan_corner){p->x, p->y, {p->h}};
+    }
+    if (plain) return 3;
+    double local[3][3];
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) local[i][k] = world->vertices[3 * (size_t)index[i] + (size_t)k];
+    }
+    return ss_clip_caster(casters->asked->frame, local, corner);
+}
+
+/* ---- which rows ----------------------------------------------------------------------------- */
+
+typedef struct flat_box {
+    double low[3], high[2]; /* x, y, h; h's highest does not matter */
+} flat_box;
+
+/* Not fmin and fmax: those are calls, and this runs for every triangle. */
+static inline double less(double a, double b) { return a < b ? a : b; }
+static inline double more(double a, double b) { return a > b ? a : b; }
+
+static inline flat_box box_of(const ss_scan_corner *corner, int n) {
+    flat_box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (int i = 0; i < n; i++) {
+        b.low[0] = less(b.low[0], corner[i].x), b.high[0] = more(b.high[0], corner[i].x);
+        b.low[1] = less(b.low[1], corner[i].y), b.high[1] = more(b.high[1], corner[i].y);
+        b.low[2] = less(b.low[2], corner[i].attribute[0]);
+    }
+    return b;
+}
+
+/* Rows within half a texel of the box, which is more than snapping moves it. */
+static bool rows_of_box(const double low[2], const double high[2], uint32_t resolution, int32_t *first,
+                        int32_t *last) {
+    const double most = resolution;
+    if (!(high[0] > -0.5 && high[1] > -0.5 && low[0] < most + 0.5 && low[1] < most + 0.5)) return false;
+    *first = low[1] < 1 ? 0 : (int32_t)(low[1] - 0.5);
+    *last = high[1] + 0.5 > most - 1 ? (int32_t)resolution - 1 : (int32_t)(high[1] + 0.5);
+    return *first <= *last;
+}
+
+bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *corner, int count,
+                     int32_t *first, int32_t *last) {
+    const ss_raster_casters *c = casters->asked;
+    if (count == 0) return false;
+    const flat_box b = box_of(corner, count);
+    if (b.low[2] > c->deepest) return false;
+    if (c->holes_only && !ss_caster_has_holes(c->world, t)) return false;
+    if (c->held && !c->held[t]) {
+        const double far = ss_frame_rate(c->frame) * (c->deepest - b.low[2]) + 1, most = c->resolution;
+        c->held[t] = b.high[0] > -far && b.high[1] > -far && b.low[0] < most + far && b.low[1] < most + far;
+    }
+    return rows_of_box(b.low, b.high, c->resolution, first, last);
+}
+
+bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution, int32_t *first,
+                         int32_t *last) {
+    if (count == 0) return false;
+    const flat_box b = box_of(corner, count);
+    return rows_of_box(b.low, b.high, resolution, first, last);
+}
+
+/* ---- what is drawn -------------------------------------------------------------------------- */
+
+bool ss_casters_turned(const ss_casters *casters, const ss_scan *scan) {
+    return casters->asked->front_only && (ss_scan_area(scan) > 0) == casters->mirrored;
+}
+
+float ss_casters_bias(const ss_casters *casters, const ss_scan *scan) {
+    const ss_raster_casters *c = casters->asked;
+    if (!(c->slope_texels > 0)) return 0;
+    const double steep = c->steepest * c->frame->texel;
+    const double x = less(fabs((double)scan->step_x[0]), steep);
+    const double y = less(fabs((double)scan->step_y[0]), steep);
+    return (float)(c->slope_texels * (x + y));
+}
+
+/* Weights in the map to weights on the triangle: 1 / distance is what is linear in the map. */
+bool ss_caster_opaque_at(void *holes, const double weight[3]) {
+    static const double uv[3][2] = {{0, 0}, {1, 0}, {0, 1}}; /* of the 2nd and 3rd vertex */
+    const ss_caster_holes *h = holes;
+    double sum = 0, u = 0, v = 0;
+    for (int i = 0; i < 3; i++) {
+        const double s = weight[i] * (1 - h->corner[i].attribute[0] * h->frame->inverse);
+        sum += s, u += s * uv[i][0], v += s * uv[i][1];
+    }
+    return ss_world_opaque_at(h->world, h->triangle, u / sum, v / sum);
+}
+
+int ss_raster_triangle_corners(const ss_raster_triangle *triangle, uint32_t used,
+                               ss_scan_corner corner[SS_CLIP_MOST]) {
+    bool far = false;
+    for (int k = 0; k < 3; k++) {
+        corner[k].x = triangle->corner[k][0], corner[k].y = triangle->corner[k][1];
+        memcpy(corner[k].attribute, triangle->attribute[k], sizeof triangle->attribute[k]);
+        if (!isfinite(corner[k].x) || !isfinite(corner[k].y)) return 0;
+        far |= fabs(corner[k].x) >= SS_GUARD || fabs(corner[k].y) >= SS_GUARD;
+    }
+    return far ? ss_clip_guard(corner, 3, used) : 3;
+}

@@ -1,0 +1,191 @@
+/* The GPU gives what the CPU gives: every method that runs there, on the bunny, on leaves and on
+ * Lawlor's figure 10; the same bits from run to run, and for any split of a batch.
+ *
+ * No texel-edge ties are left out: triangles are set up and points are taken into the map by the same C
+ * code for both, so that both look at the same texel of the same map. */
+#include "ask.h"
+
+#include "gpu.h"
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+enum { N = 96, POINTS = N * N };
+static double points[POINTS][3];
+
+static scene_mesh figure_10(void) {
+    static const double corners[3][3] = {{.925, .8125, 0}, {.0375, .8, .1}, {.675, .25, .475}};
+    scene_mesh mesh = {0};
+    for (int i = 0; i < 3; i++) scene_vertex(&mesh, corners[i][0], corners[i][1], corners[i][2]);
+    scene_triangle(&mesh, 0, 1, 2);
+    return mesh;
+}
+
+static scene_mesh leaves(void) {
+    scene_mesh mesh = {0};
+    scene_leaves(&mesh, 1000, 1);
+    return mesh;
+}
+
+/* The stand-in that every build has: closed, curved, shadowing itself. */
+static scene_mesh lumps(void) {
+    scene_mesh mesh = {0};
+    scene_icosphere(&mesh, (const double[3]){0, 0, 1.2}, 1, 5, .35);
+    return mesh;
+}
+
+/* glmark2's: v and f lines only; nothing where it is not installed. */
+static scene_mesh bunny(void) {
+    scene_mesh mesh = {0};
+    char line[256];
+    FILE *file = fopen("/usr/share/glmark2/models/bunny.obj", "r");
+    while (file && fgets(line, sizeof line, file)) {
+        double p[3];
+        unsigned v[3];
+        if (sscanf(line, "v %lf %lf %lf", &p[0], &p[1], &p[2]) == 3) {
+            scene_vertex(&mesh, p[0], -p[2], p[1] + 1.3);
+        } else if (sscanf(line, "f %u %u %u", &v[0], &v[1], &v[2]) == 3) {
+            scene_triangle(&mesh, v[0] - 1, v[1] - 1, v[2] - 1);
+        }
+    }
+    if (file) fclose(file);
+    return mesh;
+}
+
+/* The ground, and on the casters themselves, where acne would show any difference of the maps. */
+static void place_points(const scene_mesh *mesh, double low, double high) {
+    uint64_t random = 5;
+    scene_grid(points, N, low, high, low, high, 0);
+    for (size_t i = 0; i < POINTS; i += 4) {
+        const size_t t = (size_t)(scene_random(&random) % mesh->triangles);
+        double a = scene_uniform(&random, 0, 1), b = scene_uniform(&random, 0, 1);
+        if (a + b > 1) a = 1 - a, b = 1 - b;
+        for (int k = 0; k < 3; k++) {
+            const double *v[3];
+            for (int c = 0; c < 3; c++) v[c] = mesh->xyz + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
+            points[i][k] = v[0][k] + a * (v[1][k] - v[0][k]) + b * (v[2][k] - v[0][k]);
+        }
+    }
+}
+
+static const struct scene {
+    const char *name;
+    scene_mesh (*make)(void);
+    double low, high;
+    uint32_t resolution;
+    softshadow_light light[3];
+    uint32_t lights;
+} *scene_list(size_t *count) {
+    static struct scene list[4];
+    *count = COUNT(list);
+    list[0] = (struct scene){"figure 10", figure_10, 0, 1, 64, {scene_sun_light(0, 0, -1, .28849)}, 1};
+    list[1] = (struct scene){"leaves", leaves, -2, 2, 256,
+                             {scene_sphere_light(1, 2, 5, .3), scene_rect_light(0, 0, 5, .4, .2),
+                              scene_sun_light(.3, .2, -1, .02)}, 3};
+    list[2] = (struct scene){"lumps", lumps, -2, 2, 256,
+                             {scene_disk_light(1, 1, 5, -.2, -.2, -1, .3),
+                              scene_sphere_light(0, 0, 1.2, .1), /* inside: a cube of maps */
+                              scene_sphere_light(1, 2, 5, 0)}, 3};
+    list[3] = (struct scene){"bunny", bunny, -2, 2, 512,
+                             {scene_sphere_light(1, 2, 5, .3), scene_sun_light(.5, .1, -1, .03)}, 2};
+    return list;
+}
+
+/* ---- CPU and GPU ---------------------------------------------------------------------------- */
+
+typedef struct difference {
+    double rms, max;
+} difference;
+
+static difference compare(const float *a, const float *b, size_t n) {
+    difference d = {0, 0};
+    for (size_t i = 0; i < n; i++) {
+        const double by = fabs((double)a[i] - b[i]);
+        d.rms += by * by, d.max = fmax(d.max, by);
+    }
+    d.rms = sqrt(d.rms / (double)n);
+    return d;
+}
+
+static ask question(const char *method, const scene_mesh *mesh, const struct scene *s,
+                    const softshadow_light *light, uint32_t backend) {
+    ask q = ask_new(method, mesh, *light, (const double(*)[3])points, POINTS, 0);
+    q.build.resolution = s->resolution, q.build.backend = backend;
+    return q;
+}
+
+static void test_alike(void **state) {
+    const char *method = *state;
+    size_t scenes;
+    const struct scene *list = scene_list(&scenes);
+    for (size_t s = 0; s < scenes; s++) {
+        scene_mesh mesh = list[s].make();
+        if (!mesh.triangles) print_message("%s is not installed\n", list[s].name);
+        if (mesh.triangles) place_points(&mesh, list[s].low, list[s].high);
+        for (uint32_t l = 0; l < list[s].lights && mesh.triangles; l++) {
+            ask cpu = question(method, &mesh, &list[s], &list[s].light[l], SOFTSHADOW_CPU);
+            ask gpu = question(method, &mesh, &list[s], &list[s].light[l], SOFTSHADOW_EGL);
+            ask_do(&cpu), ask_do(&gpu);
+            const difference d = compare(cpu.visibility, gpu.visibility, POINTS);
+            print_message("%-14s %-9s light %u: rms %.2e max %.2e\n", method, list[s].name, l, d.rms,
+                          d.max);
+            CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
+            CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, list[s].name, d.rms);
+            CHECK(d.max <= 1.0 / 16, "%s, %s: max %g", method, list[s].name, d.max);
+            ask_free(&cpu), ask_free(&gpu);
+        }
+        scene_free(&mesh);
+    }
+}
+
+/* Built and asked twice, and asked in parts. */
+static void test_stable(void **state) {
+    const char *method = *state;
+    size_t scenes;
+    const struct scene *s = &scene_list(&scenes)[1];
+    scene_mesh mesh = s->make();
+    place_points(&mesh, s->low, s->high);
+    ask first = question(method, &mesh, s, &s->light[0], SOFTSHADOW_EGL), again = first;
+    ask_do(&first);
+    ask_do(&again);
+    ask_same_bits(first.visibility, again.visibility, POINTS, "two runs");
+    softshadow *handle = ask_handle(&first);
+    static float parts[POINTS];
+    for (size_t at = 0, n = 1; at < POINTS; at += n, n = 1 + n * 3 % 4001) {
+        if (n > POINTS - at) n = POINTS - at;
+        const softshadow_points part = ask_points((const double(*)[3])(points + at), n);
+        OK(handle, softshadow_query_visibility(handle, &part, parts + at));
+    }
+    softshadow_destroy(handle);
+    const difference d = compare(first.visibility, parts, POINTS);
+    CHECK(d.max <= 1e-5, "a split batch differs by %g", d.max);
+    ask_free(&first), ask_free(&again);
+    scene_free(&mesh);
+}
+
+/* ---- methods that do not run there ----------------------------------------------------------- */
+
+static void test_unsupported(void **state) {
+    (void)state;
+    size_t count;
+    const softshadow_method *methods = ask_methods(&count);
+    scene_mesh mesh = figure_10();
+    scene_grid(points, N, 0, 1, 0, 1, 0);
+    for (size_t i = 0; i < count; i++) {
+        if (gpu_runs(methods[i].name)) continue;
+        ask q = ask_new(methods[i].name, &mesh, scene_sun_light(0, 0, -1, .3),
+                        (const double(*)[3])points, POINTS, 0);
+        q.build.backend = SOFTSHADOW_ANY;
+        ask_do(&q);
+        CHECK(strcmp(q.stats.backend_used, "cpu") == 0, "%s: %s", methods[i].name, q.stats.backend_used);
+        ask_free(&q);
+    }
+    scene_free(&mesh);
+}
+
+int main(void) {
+    gpu_required();
+    const ask_test tests[] = {{"CPU and GPU", test_alike, gpu_runs}, {"stable", test_stable, gpu_runs}};
+    const struct CMUnitTest others[] = {cmocka_unit_test(test_unsupported)};
+    const int failed = ask_run("gpu", tests, COUNT(tests));
+    return cmocka_run_group_tests(others, NULL, NULL) + failed;
+}
