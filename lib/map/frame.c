@@ -486,6 +486,7 @@ static void look_cube(const ss_frames *frames, const ss_point *points, size_t n,
 }
 
 void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
+    out->points = points;
     if (frames->cube)
         look_cube(frames, points, n, out);
     else

@@ -100,6 +100,7 @@ typedef struct ss_looks {
     float x[SS_LOOKS], y[SS_LOOKS], h[SS_LOOKS];
     uint32_t base[SS_LOOKS]; /* texels before the point's face */
     uint8_t face[SS_LOOKS];
+    const ss_point *points; /* the same as they were given */
 } ss_looks;
 void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out);
 

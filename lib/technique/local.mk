@@ -12,6 +12,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/pcss.c \
   %D%/penumbra_limit.c \
   %D%/penumbra_map.c \
+  %D%/penumbra_volume.c \
   %D%/raytrace.c %D%/raytrace.h \
   %D%/registry.c %D%/technique.h \
   %D%/single_sample.c \

@@ -10,6 +10,7 @@ extern const ss_technique ss_pcss;
 extern const ss_technique ss_single_sample;
 extern const ss_technique ss_penumbra_map;
 extern const ss_technique ss_smoothie;
+extern const ss_technique ss_penumbra_volume;
 extern const ss_technique ss_backprojection;
 extern const ss_technique ss_penumbra_limit;
 

@@ -15,6 +15,7 @@ const ss_technique *const ss_techniques[] = {
     &ss_single_sample,
     &ss_penumbra_map,
     &ss_smoothie,
+    &ss_penumbra_volume,
     &ss_backprojection,
     &ss_penumbra_limit,
 };

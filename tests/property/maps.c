@@ -6,7 +6,8 @@
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
 static const char *const outer[] = {"penumbra-map", "smoothie"};
-static const char *const maps[] = {"hard", "pcf", "penumbra-map", "smoothie", "penumbra-limit"};
+static const char *const maps[] = {"hard",     "pcf",            "penumbra-map",
+                                   "smoothie", "penumbra-limit", "penumbra-volume"};
 
 /* A half plane at z = 1 that ends at x = 0, a light above the edge, points on a line across. */
 enum { ACROSS = 2001 };
@@ -430,7 +431,8 @@ static void test_lights(void **state) {
     (void)state;
     static const struct {
         const char *name, *lights; /* sphere, disk, rect, sun: n native, a approximated, - refused */
-    } table[] = {{"hard", "nnnn"}, {"pcf", "nnnn"}, {"penumbra-map", "nnan"}, {"smoothie", "nnan"}, {"penumbra-limit", "nnan"}};
+    } table[] = {{"hard", "nnnn"}, {"pcf", "nnnn"}, {"penumbra-map", "nnan"}, {"smoothie", "nnan"}, {"penumbra-limit", "nnan"},
+                 {"penumbra-volume", "nnan"}};
     size_t n, found = 0;
     const softshadow_method *methods = ask_methods(&n);
     for (size_t i = 0; i < n; i++) {

@@ -1,0 +1,395 @@
+/* penumbra-volume: volumes around the penumbrae of silhouette edges, and the light cut by the edge.
+ *
+ * based on: [Cou05] chapter 4: inner and outer volumes (4.1.2), the depth map of the volumes and the
+ * two maps of end points, drawn in one pass (4.1.3), the light cut by the plane through point and edge
+ * (4.2, listing 4.2), sub-lights against the single-silhouette artefact (4.3). Differs, and why:
+ * - The thesis cuts a disk that stands perpendicular to the cutting plane and adds 3 k^2 - 2 k^3; its
+ *   equation 4.1 as printed is that of the hidden part. Here the light's own shape is cut: a disk along
+ *   the line in which the plane meets it, a sphere's disk as the point sees it. falloff=paper does as
+ *   the thesis.
+ * - Its volumes are mitred: they meet where the planes of neighbouring edges do, and at a corner the
+ *   shadow of either edge goes on for ever. Between the volumes of two edges there is a piece of a disc
+ *   around the vertex instead, and what cuts the light there is a line through the vertex across the
+ *   way to the point. Under falloff=paper the piece is divided as by a mitre.
+ * - Where volumes overlap in the map the thesis keeps the nearest one, whatever it belongs to. Here the
+ *   edge is kept that passes nearest to the light's centre, in light radii, as the texel's receiver sees
+ *   it; silhouettes that something nearer hides, and the sides of volumes that are not before anything,
+ *   are left out. Points below a surface that the light past the edge falls on are dark. Likewise.
+ * - Depths are h of map/frame.h, in which volumes are planar in perspective, too; the map is a little
+ *   wider than the penumbra, and the result is filtered over 2 x 2 texels: never depths or end points.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/vec.h"
+#include "technique/light_maps.h"
+#include "technique/map_techniques.h"
+#include "technique/rim.h"
+
+/* A texel: the depth at which its volume begins (SS_MAP_FAR: none); the depth at which it ends, where
+ * a surface takes what light there is; and the edge, end by end in local coordinates, the occluder on
+ * its left as the light sees it. */
+enum { VOLUME_DEPTH, VOLUME_END, VOLUME_FROM, VOLUME_TO = VOLUME_FROM + 3, VOLUME_CHANNELS = 8 };
+
+/* How much wider volumes are drawn than half a penumbra: an edge that sinks along its way has a wider
+ * one, and so has a sphere that is near. And texels on top, because a place between four asks all. */
+#define WIDER    1.25
+#define RAISE    2
+#define SLOPE    1.5 /* texels to either side: the hard shadow's depths are the deepest there */
+#define STEEPEST 16  /* h per unit of X, along each axis: the most that makes a difference to them */
+#define NEAR     4   /* so steep a surface, 76 degrees, is still the occluder's */
+#define GAP      0x1p-21f /* relative: eight units in the last place */
+
+typedef struct volume_state {
+    ss_light_maps maps;
+    double radius; /* of the disk or sphere that is cut */
+    bool paper;
+} volume_state;
+
+/* ---- volumes -------------------------------------------------------------------------------- */
+
+typedef struct volumes {
+    const ss_frame *frame;
+    const ss_rim *rim;
+    const float *depth; /* of this face */
+    float *texels, *key;
+    uint32_t side;
+    float per_texel; /* of distance, in h: the light's cone */
+    float near;      /* how much a surface may sink from one texel to the next and still be one */
+    float steep;     /* and how much deeper than the edge the map may have it there */
+    bool mirrored, paper;
+} volumes;
+
+/* What is offered to a texel. */
+typedef struct offer {
+    float away; /* from the edge, in texels, > 0 outside */
+    float edge; /* h of the edge there */
+    float open; /* how far down the light gets past the edge */
+    const float *ends;
+} offer;
+
+static float depth_near(const volumes *v, double x, double y) {
+    const double most = v->side - 1;
+    const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
+    const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
+    return v->depth[(size_t)row * v->side + column];
+}
+
+/* The depth a little outside of the silhouette at (x, y), where its own surface has ended. Above the
+ * edge: something nearer hides the silhouette. */
+static float depth_outside(const volumes *v, double x, double y, const double outwards[2]) {
+    const float near = depth_near(v, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
+    const float far = depth_near(v, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
+    return fmaxf(near, far);
+}
+
+/* Does the volume stand before anything here? Inside, the occluder has to cover the texel; outside,
+ * there has to be a receiver that the penumbra has begun on. At the edge snapping decides what covers
+ * the texel's centre. */
+static bool matters(const volumes *v, const offer *o, float depth, float rise) {
+    if (o->open < o->edge - v->near) return false;
+    if (o->away <= 0) return depth < o->edge + v->steep - v->near * o->away;
+    if (o->away <= 1) return depth > o->edge - v->near;
+    return depth > o->edge && depth > o->edge + rise;
+}
+
+/* By which the texel's edge is chosen: how far it passes from the light's centre. */
+static float key_of(const volumes *v, const offer *o, float depth, float rise) {
+    const float far = (float)v->frame->far_h, receiver = depth < far && o->away > 0 ? depth : far;
+    if (v->paper) return o->edge + rise;
+    return fabsf(o->away) * v->per_texel / fmaxf(receiver - o->edge, v->near);
+}
+
+/* Where the volume ends for good: outside on the surface in the map, inside on the one that light past
+ * the edge falls on; there it may have sunk on its way. */
+static float end_of(const volumes *v, const offer *o, float depth) {
+    if (v->paper || (o->away <= 0 && o->open == SS_MAP_FAR)) return SS_MAP_FAR;
+    if (o->away <= 0) return fmaxf(o->open, o->edge + v->steep) + v->near * (2.5f - o->away);
+    return o->away <= 1 && depth < o->edge + v->steep ? SS_MAP_FAR : depth;
+}
+
+static void give(const volumes *v, uint32_t x, uint32_t y, const offer *o) {
+    const size_t at = (size_t)y * v->side + x;
+    const float depth = v->depth[at], beyond = fmaxf(fabsf(o->away) - RAISE, 0);
+    const float rise = beyond * v->per_texel / (float)WIDER, key = key_of(v, o, depth, rise);
+    if (!(key < v->key[at]) || (!v->paper && !matters(v, o, depth, rise))) return;
+    float *texel = v->texels + at * VOLUME_CHANNELS;
+    v->key[at] = key;
+    /* what covers the texel is not behind the edge, however deep it sinks */
+    const bool covered = o->away <= 0 || (o->away <= 1 && depth < o->edge + v->steep);
+    texel[VOLUME_DEPTH] = covered && !v->paper ? fmaxf(o->edge + rise, depth) : o->edge + rise;
+    texel[VOLUME_END] = end_of(v, o, depth);
+    memcpy(texel + VOLUME_FROM, o->ends, 6 * sizeof *texel);
+}
+
+/* Map coordinates to local ones. */
+static void lift(const ss_frame *frame, double column, double row, double h, float out[3]) {
+    const double s = 1 - h * frame->inverse;
+    const double x = (frame->low[0] + column * frame->texel) / s;
+    const double y = (frame->low[1] + row * frame->texel) / s;
+    for (int k = 0; k < 3; k++) {
+        out[k] = (float)(frame->origin[k] + x * frame->x[k] + y * frame->y[k] + h / s * frame->z[k]);
+    }
+}
+
+/* The ends of an edge, the occluder on the left as the light sees them. */
+static void ends_of(const volumes *v, const ss_rim_edge *edge, float ends[6]) {
+    for (int i = 0; i < 2; i++) {
+        const ss_rim_vertex *at = &v->rim->vertex[edge->vertex[v->mirrored ? 1 - i : i]];
+        lift(v->frame, at->x, at->y, at->h, ends + 3 * i);
+    }
+}
+
+/* A line through a vertex with `outwards` on its right, as long as a map's side, which floats hold well. */
+static void ends_across(const volumes *v, const ss_rim_vertex *at, const double outwards[2],
+                        float ends[6]) {
+    const double reach = v->mirrored ? -(double)v->side : v->side;
+    lift(v->frame, at->x, at->y, at->h, ends);
+    lift(v->frame, at->x - reach * outwards[1], at->y + reach * outwards[0], at->h, ends + 3);
+}
+
+static void shade_strip(const volumes *v, const ss_raster_run *run) {
+    const ss_rim_edge *edge = &v->rim->edge[run->tag / SS_RIM_TAG];
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    const double wide = ss_rim_stretch(&v->rim->vertex[edge->vertex[0]], right);
+    float ends[6];
+    ends_of(v, edge, ends);
+    for (uint32_t i = 0; i < run->n; i++) {
+        const float away = run->attribute[0][i];
+        const double foot = -wide * away;
+        const double x = run->x + i + 0.5 + foot * right[0], y = run->y + 0.5 + foot * right[1];
+        const offer o = {away, run->attribute[1][i], depth_outside(v, x, y, right), ends};
+        give(v, run->x + i, run->y, &o);
+    }
+}
+
+/* The mitre of [Cou05] figure 4.2: of a corner's two edges the one on whose side of it the place is. */
+static void mitre(const volumes *v, const ss_rim_vertex *at, const double place[2], float ends[6]) {
+    double farthest = -1;
+    if (at->in == SS_RIM_NONE || at->out == SS_RIM_NONE) return;
+    for (int i = 0; i < 2; i++) {
+        const ss_rim_edge *edge = &v->rim->edge[i ? at->out : at->in];
+        const double away = fabs(place[0] * edge->along[1] - place[1] * edge->along[0]);
+        if (!(away > farthest)) continue;
+        farthest = away;
+        ends_of(v, edge, ends);
+    }
+}
+
+/* Around a vertex; a whole disc (where more than two edges meet) is inside where it is covered. */
+static void shade_corner(const volumes *v, const ss_raster_run *run) {
+    const ss_rim_vertex *at = &v->rim->vertex[run->tag / SS_RIM_TAG];
+    const bool disc = run->tag & SS_RIM_DISC;
+    for (uint32_t i = 0; i < run->n; i++) {
+        const float h = run->attribute[1][i], away = ss_rim_away(run, i);
+        const double place[2] = {run->attribute[0][i], run->attribute[2][i]};
+        const double length = sqrt(place[0] * place[0] + place[1] * place[1]);
+        bool inside = run->tag & SS_RIM_INSIDE;
+        if (disc) inside = v->depth[(size_t)run->y * v->side + run->x + i] < h + v->steep;
+        if (!(length > 0)) continue; /* the edges that meet there have it */
+        const double per = (inside ? -1 : 1) / length, out[2] = {place[0] * per, place[1] * per};
+        float ends[6];
+        ends_across(v, at, out, ends);
+        if (v->paper && !disc) mitre(v, at, place, ends);
+        const offer o = {inside ? -away : away, h, depth_outside(v, at->x, at->y, out), ends};
+        give(v, run->x + i, run->y, &o);
+    }
+}
+
+static void shade(void *ctx, const ss_raster_run *run) {
+    if (run->tag & SS_RIM_CORNER)
+        shade_corner(ctx, run);
+    else
+        shade_strip(ctx, run);
+}
+
+/* The penumbra's half width at the farthest receiver, raised. */
+static double width(const void *ctx, const ss_rim_vertex *vertex) {
+    const ss_frame *frame = ctx;
+    return fmax(0, WIDER * ss_frame_rate(frame) * (frame->far_h - vertex->h)) + RAISE;
+}
+
+/* ---- building ------------------------------------------------------------------------------- */
+
+static softshadow_status draw_volumes(const ss_stage *stage, volumes *v, const ss_silhouette *found) {
+    const ss_rim_style style = {.width = width, .ctx = v->frame, .inside = true};
+    ss_rim rim;
+    ss_raster_triangle *triangles = NULL;
+    size_t count = 0;
+    softshadow_status status = ss_rim_build(&rim, stage, found, v->frame, v->side);
+    v->rim = &rim;
+    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
+    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, v->side, shade, v, stage->pool);
+    ss_free(triangles);
+    ss_rim_free(&rim);
+    return status;
+}
+
+static softshadow_status build_face(const ss_stage *stage, volume_state *state,
+                                    const ss_silhouette *found, uint32_t face) {
+    const ss_light_maps *maps = &state->maps;
+    const ss_frame *frame = &maps->frames.face[face];
+    const uint32_t side = maps->frames.resolution;
+    const size_t n = (size_t)side * side;
+    volumes v = {.frame = frame,
+                 .depth = maps->depth + face * n,
+                 .texels = maps->plane + face * n * VOLUME_CHANNELS,
+                 .side = side,
+                 .per_texel = (float)(1 / ss_frame_rate(frame)),
+                 .mirrored = ss_frame_mirrored(frame),
+                 .paper = state->paper};
+    v.near = fminf(v.per_texel, (float)(NEAR * frame->texel));
+    v.steep = (float)(2 * SLOPE * STEEPEST * frame->texel) + v.near;
+    v.key = ss_alloc(n, sizeof *v.key);
+    if (!v.key) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
+    for (size_t i = 0; i < n; i++) {
+        v.key[i] = v.texels[i * VOLUME_CHANNELS + VOLUME_DEPTH] = SS_MAP_FAR;
+    }
+    const softshadow_status status = draw_volumes(stage, &v, found);
+    ss_free(v.key);
+    return status;
+}
+
+static softshadow_status draw(const ss_stage *stage, volume_state *state) {
+    ss_light_maps *maps = &state->maps;
+    ss_silhouette found;
+    softshadow_status status = ss_rim_find(stage, &found);
+    if (status) return status;
+    maps->silhouette_edges = found.count;
+    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-volume", VOLUME_CHANNELS);
+    for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
+        status = build_face(stage, state, &found, face);
+    }
+    ss_silhouette_free(&found);
+    return status;
+}
+
+/* v = 3 k^2 - 2 k^3 on top of k, the share of a disk (4.2, equation 4.2 and what follows it). */
+static void paper_falloff(ss_falloff *falloff) {
+    for (int i = 0; i < SS_FALLOFF_STEPS + 2; i++) {
+        const double k = ss_falloff_disk(2.0 * i / SS_FALLOFF_STEPS - 1);
+        falloff->value[i] = (float)(k * k * (3 - 2 * k));
+    }
+}
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    const ss_light_maps_wish wish = {
+        .state_size = sizeof(volume_state), .slope_texels = SLOPE, .paper = SS_FALLOFF_TABLE};
+    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    if (status || stage->light->point) return status;
+    volume_state *volume = *state;
+    const ss_light *light = stage->light;
+    volume->paper = stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
+    volume->radius = light->type == SOFTSHADOW_RECT /* the disk of its area */
+                         ? sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI)
+                         : light->radius;
+    if (volume->paper) paper_falloff(&volume->maps.falloff);
+    if (volume->maps.frames.count) status = draw(stage, volume);
+    if (status) ss_light_maps_destroy(volume), *state = NULL;
+    return status;
+}
+
+/* ---- asking --------------------------------------------------------------------------------- */
+
+/* Where the plane through the point and the edge passes the light's centre: t in radii, > 0 if the
+ * centre is on the side that the edge leaves visible (4.2, figure 4.4). */
+static double cut(const volume_state *state, const float *ends, const double point[3]) {
+    const ss_light *light = &state->maps.light;
+    double along[3], from[3], centre[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        along[k] = (double)ends[3 + k] - ends[k], from[k] = point[k] - ends[k];
+        centre[k] = light->type == SOFTSHADOW_SUN ? light->normal[k] : light->centre[k] - point[k];
+    }
+    ss_cross(from, along, n);
+    const double square = ss_dot(n, n), s = ss_dot(n, centre) / sqrt(square), r = state->radius;
+    double reach = r; /* of the light across the plane, in such s */
+    if (!state->paper && light->type == SOFTSHADOW_SPHERE) {
+        const double d = ss_dot(centre, centre);
+        reach = d > r * r ? r * sqrt(fmax(d - s * s, 0) / (d - r * r)) : INFINITY;
+    } else if (!state->paper) {
+        const double lean = ss_dot(n, light->normal);
+        reach = r * sqrt(fmax(1 - lean * lean / square, 0));
+    }
+    /* a point on the edge, or a flat light in the plane: the side alone */
+    return s > 0 ? s < reach ? s / reach : 1 : s > -reach ? s / reach : -1;
+}
+
+typedef struct asked {
+    const volume_state *state;
+    const double *point;
+    float h;
+    const float *ends; /* of the edge that `seen` is for; NULL: none yet */
+    float seen;
+} asked;
+
+/* Listing 4.2: a point in a volume sees what the edge leaves of the light; else the shadow map decides.
+ */
+static float alone(asked *a, const float *texel, float depth) {
+    const float hard = depth < a->h ? 0 : 1;
+    if (!(a->h - texel[VOLUME_DEPTH] > GAP * fabsf(a->h))) return hard;
+    const float *ends = texel + VOLUME_FROM;
+    if (!a->ends || memcmp(a->ends, ends, 6 * sizeof *ends) != 0) {
+        const double t = cut(a->state, ends, a->point);
+        a->ends = ends;
+        a->seen = ss_falloff_at(&a->state->maps.falloff, (float)(t / 2 + 0.5));
+    }
+    if (a->state->paper) return a->seen;
+    return a->h > texel[VOLUME_END] ? 0 : a->seen;
+}
+
+static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    const uint32_t side = maps->frames.resolution;
+    const float most = side > 1 ? (float)side - 1.5f : 0;
+    const size_t right = side > 1, up = side > 1 ? side : 0;
+    for (size_t i = 0; i < n; i++) {
+        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f;
+        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
+        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
+        const float u = left - (float)column, v = low - (float)row;
+        const size_t at[4] = {looks->base[i] + (size_t)row * side + column, at[0] + right, at[0] + up,
+                              at[0] + up + right};
+        asked a = {(const volume_state *)maps, looks->points[i].p, looks->h[i], NULL, 0};
+        float seen[4];
+        for (int k = 0; k < 4; k++) {
+            seen[k] = alone(&a, maps->plane + at[k] * VOLUME_CHANNELS, maps->depth[at[k]]);
+        }
+        const float below = seen[0] + u * (seen[1] - seen[0]); /* so that four ones make one */
+        const float above = seen[2] + u * (seen[3] - seen[2]);
+        out[i] = below + v * (above - below);
+    }
+}
+
+static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts) {
+    (void)stage, (void)scratch;
+    const ss_light_maps *maps = state;
+    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n,
+                               visibility, bound, counts);
+}
+
+const ss_technique ss_penumbra_volume = {
+    .name = "penumbra-volume",
+    .title = "penumbra volumes: the light cut by the silhouette edge that shades the point",
+    .cite = "Cou05",
+    .notes =
+        "One edge a texel: where penumbrae overlap the others do not count, and inside a shadow "
+        "narrower than its penumbra only the nearer side lets light in. Silhouettes are those seen "
+        "from the light's centre. rect: taken as the disk of its area. Opacity textures make holes in "
+        "the shadow, not penumbrae.",
+    .needs = SS_NEEDS_SILHOUETTES,
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ROUND,
+    .lights_approximated = SS_LIGHTS_RECT,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .query = query,
+    .destroy = ss_light_maps_destroy,
+    .bytes = ss_light_maps_bytes,
+    .map_count = ss_light_maps_count,
+    .get_map = ss_light_maps_get,
+    .silhouette_edges = ss_light_maps_silhouettes,
+    .casters_culled = ss_light_maps_culled,
+};
