@@ -24,6 +24,9 @@
 #define SS_GROUP_USES       ((1u << SS_GROUP_PLANES) - 1)
 #define SS_NO_KEY           UINT32_MAX
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
+/* Floats reach this near a point's own plane, and the light's, in local units: above the rounding
+ * of t for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's business. */
+#define SS_FLOAT_REACH 0x1p-20
 
 typedef struct ss_group {
     _Alignas(
@@ -73,7 +76,23 @@ typedef struct ss_group {
     uint32_t list_count;
 } ss_group;
 
+/* Points, and the light as they see it, with the axes of all but `at` in summing order. */
+typedef struct ss_group_views {
+    _Alignas(64) double at[3][SS_LANES]; /* in the world's axes; lanes without a point copy another */
+    /* s t, t t and t of p + t (c + s a + t b): the inverse of (a, b, c), but for spheres, where a and
+     * b are orthogonal to c and these are a / a^2, b / b^2, c / c^2. */
+    double row[3][3][SS_LANES];
+    double t_end[SS_LANES];
+    uint32_t inside, edge_on; /* lanes: as in ss_view */
+} ss_group_views;
+
 typedef struct ss_group_kernel {
+    /* Fills the maps of all lanes and the rest of the views; group->lanes becomes those for which
+     * floats will do: the light is not inside, edge-on or too near. The light's axes are turned. */
+    void (*view)(ss_group *group, const ss_light *light, ss_group_views *views);
+    /* The range of t over group->lanes. reach: how far from its point a face to be skipped can be.
+     */
+    void (*depths)(ss_group *group, double reach);
     /* Fills covered, lit, dark and visible for the lanes asked. */
     void (*draw)(ss_group *group);
     /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box;

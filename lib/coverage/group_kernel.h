@@ -9,6 +9,7 @@
  * to the points may be drawn by the sum of their signed edges, in which inner edges cancel: each
  * face adds 0 or 1 to a sample's winding number, and it does not matter which faces are summed
  * together. */
+#include <math.h>
 #include <string.h>
 
 #include "coverage/group.h"
@@ -16,6 +17,7 @@
 
 #include "coverage/kernel_draw.h"
 #include "coverage/kernel_test.h"
+#include "coverage/kernel_view.h"
 
 #define SMALL 64 /* boundaries up to this are drawn even where a part is outside the shaft */
 #define OFTEN 96 /* edges of single triangles between two looks at what is covered */
@@ -280,4 +282,4 @@ static void survey_group(ss_group *g) {
     }
 }
 
-const ss_group_kernel GROUP_KERNEL = {draw_group, survey_group};
+const ss_group_kernel GROUP_KERNEL = {view_light, enclose_depths, draw_group, survey_group};

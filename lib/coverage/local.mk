@@ -5,6 +5,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/direct.c %D%/direct.h \
   %D%/floor.c %D%/floor.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
+  %D%/kernel_view.h \
   %D%/lattice.c %D%/lattice.h \
   %D%/view.c %D%/view.h
 noinst_LTLIBRARIES += libss_scalar.la

@@ -9,21 +9,16 @@
  */
 #define SS_FLOAT_REACH 0x1p-20
 
-/* Writes the lane's projective map. view and p have their axes in the group's summing order. False
- * where floats will not do: the light is seen too nearly as a line, or is too near. */
-bool ss_group_set_lane(ss_group *group, unsigned lane, const ss_view *view, const double p[3]);
+/* The lane's view as ss_light_view() would have it; view's axes are in summing order. */
+void ss_group_view_of(const ss_group *group, const ss_group_views *views, unsigned lane,
+                      const ss_light *light, ss_view *view);
 
-/* Shaft, boxes around points (world's axes) and light: for a few points, whose box is given back,
- * or for all in a box. */
-void ss_group_enclose(ss_group *group, const ss_light *light, const double (*points)[3],
-                      size_t count, double low[3], double high[3]);
-void ss_group_enclose_box(ss_group *group, const ss_light *light, const double low[3],
-                          const double high[3]);
+/* Shaft, boxes around points (world's axes) and light: for all of a box in the frame, or for
+ * SS_LANES points in it. */
+void ss_group_enclose(ss_group *group, const ss_light *light, const ss_shaft_frame *frame,
+                      const double low[3], const double high[3], const ss_group_views *views);
 
 /* Makes room for points that have moved by up to `by` since. */
 void ss_group_widen(ss_group *group, double by);
-
-/* The range of t over group->lanes. reach: how far from its point a face to be skipped can be. */
-void ss_group_enclose_depths(ss_group *group, double reach);
 
 #endif

@@ -3,9 +3,6 @@
 
 #include "base/vec.h"
 
-#define INSIDE (1 + 0x1p-10)  /* a point this near a sphere light, in radii, sees all of it */
-#define EDGE_ON 0x1p-46       /* sine under which a flat light is seen as a line: rounding of doubles */
-
 void ss_basis(const double n[3], double a[3], double b[3]) {
     /* The axes along which n is smallest and second smallest are the best conditioned. */
     int least = 0, most = 0;
@@ -28,7 +25,7 @@ static void scale(double vector[3], double factor) {
 static void view_sphere(const ss_light *light, ss_view *view) {
     double axis[3] = {view->centre[0], view->centre[1], view->centre[2]};
     const double distance = ss_length(axis);
-    view->inside = !light->point && distance <= light->radius * INSIDE;
+    view->inside = !light->point && distance <= light->radius * SS_LIGHT_INSIDE;
     if (view->inside || !ss_normalize(axis)) {
         view->inside = true;
         return;
@@ -56,7 +53,7 @@ void ss_light_view(const ss_light *light, const double p[3], ss_view *view) {
     } else {
         const double height = ss_dot(view->normal, view->centre);
         view->edge_on = !light->point &&
-                        fabs(height) <= EDGE_ON * (ss_length(view->centre) + light->radius);
+                        fabs(height) <= SS_LIGHT_EDGE_ON * (ss_length(view->centre) + light->radius);
     }
 }
 

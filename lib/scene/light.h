@@ -24,6 +24,9 @@ typedef struct ss_light {
     double profile_mean;    /* mean of the profile over the disk's area */
 } ss_light;
 
+#define SS_LIGHT_INSIDE  (1 + 0x1p-10) /* a point this near a sphere light, in radii, sees all of it */
+#define SS_LIGHT_EDGE_ON 0x1p-46 /* sine under which a flat light is seen as a line: rounding of doubles */
+
 /* What one point sees of a light. */
 typedef struct ss_view {
     double centre[3]; /* from the point to the light's centre; sun: the unit direction */

@@ -171,13 +171,17 @@ static float finish(scratch *s, unsigned lane, const ss_point *point, size_t dir
 }
 
 /* The usual case, where what the kernel drew is all there is to it. */
-static bool finish_fast(const scratch *s, unsigned lane, const ss_point *point, float *out) {
+static bool finish_fast(scratch *s, unsigned lane, const ss_point *point, float *out) {
     const ss_group *g = s->group;
     if (g->dark >> lane & 1) {
         *out = 0;
         return true;
     }
-    if (g->listed_count || any_tested_blocks(s, lane)) return false;
+    if (g->listed_count) return false;
+    if (s->contact[lane].tested_count) {
+        ss_exact_view(s, lane);
+        if (any_tested_blocks(s, lane)) return false;
+    }
     if (s->stage->params->weighting != SOFTSHADOW_UNIFORM) return false;
     const float *n = point->normal;
     const bool horizon = n[0] != 0 || n[1] != 0 || n[2] != 0;
@@ -203,35 +207,11 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
     return SOFTSHADOW_OK;
 }
 
-static void skip_near(scratch *s, unsigned lane) {
-    ss_group *g = s->group;
-    const ss_contact *contact = &s->contact[lane];
-    for (uint32_t i = 0; i < contact->near_count; i++) {
-        uint32_t j = 0;
-        while (j < g->skip_count && s->skip[j] != contact->near[i]) j++;
-        if (j == g->skip_count)
-            s->skip[j] = contact->near[i], s->skip_lanes[j] = 0, g->skip_count++;
-        s->skip_lanes[j] |= (uint16_t)(1u << lane);
-    }
-}
-
-/* How far from its point a face of contact's list can be. */
-static double near_reach(const ss_world *world, const ss_point *point) {
-    double size = 0;
-    for (int k = 0; k < 3; k++) {
-        const double origin = (world->low[k] + world->half[k]) * world->scale;
-        size = fmax(size, fabs(point->p[k] + origin));
-        size =
-            fmax(size, fmax(fabs(world->bounds[k] + origin), fabs(world->bounds[3 + k] + origin)));
-    }
-    return SS_NEAR + 8 * (double)point->ulp * (size + 1) + 2 * SS_TOUCH;
-}
-
 /* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. The group is
  * enclosed already. */
 static softshadow_status draw(scratch *s, double reach) {
     ss_group *g = s->group;
-    ss_group_enclose_depths(g, reach);
+    s->state->kernel->depths(g, reach);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel->draw(g);
@@ -241,44 +221,28 @@ static softshadow_status draw(scratch *s, double reach) {
     }
 }
 
-static double distance(const double a[3], const double b[3]) {
-    double gap[3];
-    ss_sub(a, b, gap);
-    return ss_length(gap);
-}
-
 /* The group is enclosed already, by its points as they were given. */
 static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    double reach = 0, moved = 0;
-    g->lanes = g->skip_count = 0;
-    for (unsigned lane = 0; lane < n; lane++) {
-        double p[3];
-        ss_contact *contact = &s->contact[lane];
-        ss_contact_find(s->stage->bvh, s->stage->world, &points[lane], s->faces, contact);
-        ss_exact_turn(e->axis, contact->p, p);
-        ss_light_view(&e->light, p, &s->view[lane]);
-        if (s->view[lane].inside && !e->light.point) {
-            out[lane] = 1;
-        } else if (e->light.point || s->view[lane].edge_on ||
-                   !ss_group_set_lane(g, lane, &s->view[lane], p)) {
-            const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
-            if (status) return status;
-        } else {
-            g->lanes |= 1u << lane;
-            skip_near(s, lane);
-            reach = fmax(reach, near_reach(s->stage->world, &points[lane]));
-            moved = fmax(moved, distance(contact->p, points[lane].p));
-        }
+    double reach;
+    ss_exact_set_up(s, points, n, &reach);
+    if (e->light.point) g->lanes = 0;
+    for (uint32_t m = ((1u << n) - 1) & ~g->lanes; m; m &= m - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(m);
+        ss_exact_view(s, lane);
+        out[lane] = 1;
+        if (s->view[lane].inside && !e->light.point) continue;
+        const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
+        if (status) return status;
     }
     if (!g->lanes) return SOFTSHADOW_OK;
-    ss_group_widen(g, moved);
     const softshadow_status status = draw(s, reach);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
         if (finish_fast(s, lane, &points[lane], &out[lane])) continue;
+        ss_exact_view(s, lane);
         for (uint32_t i = 0; i < g->listed_count; i++) {
             ss_direct_set(&s->direct[i], s->stage->world, s->triangles[i], s->contact[lane].p);
         }
@@ -292,29 +256,25 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
 static softshadow_status find_bound(scratch *s, const ss_point *point, float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    double turned[3], p[3];
-    ss_contact *contact = &s->contact[0];
+    double turned[3], reach;
     const double *normal = normal_of(e, point, turned);
-    if (ss_exact_settles(s, point, 1)) { /* as in any block that does */
+    ss_shaft_frame own;
+    const ss_shaft_frame *frame = NULL;
+    if (ss_exact_settles(s, point, 1, &own, &frame)) { /* as in any block that does */
         *out = 0;
         return SOFTSHADOW_OK;
     }
-    ss_contact_find(s->stage->bvh, s->stage->world, point, s->faces, contact);
-    ss_exact_turn(e->axis, contact->p, p);
-    ss_light_view(&e->light, p, s->view);
+    ss_exact_set_up(s, point, 1, &reach);
+    ss_exact_view(s, 0);
     uint32_t *wide = s->marks + (size_t)e->samples->blocks * SS_BLOCK;
     *out = e->light.point || s->view->inside ? 0 : 1;
-    g->skip_count = 0, g->lanes = 1;
-    if (e->light.point || s->view->inside || s->view->edge_on) return SOFTSHADOW_OK;
-    if (!ss_group_set_lane(g, 0, s->view, p) || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
-    skip_near(s, 0);
+    if (e->light.point || !g->lanes || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
     memset(s->marks, 0, 2 * (size_t)e->samples->blocks * SS_BLOCK * sizeof *s->marks);
     g->marks = s->marks;
-    ss_group_widen(g, distance(contact->p, point->p));
-    const softshadow_status status = draw(s, near_reach(s->stage->world, point));
+    const softshadow_status status = draw(s, reach);
     g->marks = NULL;
     if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
-    if (normal && !ss_light_above(s->stage->light, contact->p, point->normal)) {
+    if (normal && !ss_light_above(s->stage->light, s->contact[0].p, point->normal)) {
         ss_bound_mark_horizon(e->samples, s->view, normal, s->marks, wide);
     }
     *out = ss_bound_sum(e->samples, &e->light, s->view, s->stage->params->weighting, normal,
@@ -323,9 +283,10 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
 }
 
 /* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
-static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n, float *out,
-                                    float *bound) {
-    if ((s->may_settle || n <= SS_LANES) && ss_exact_settles(s, points, n)) {
+static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n,
+                                    const ss_shaft_frame *frame, float *out, float *bound) {
+    ss_shaft_frame own;
+    if ((s->may_settle || n <= SS_LANES) && ss_exact_settles(s, points, n, &own, &frame)) {
         for (size_t i = 0; i < n; i++) {
             out[i] = 1;
             if (bound) bound[i] = 0;
@@ -343,7 +304,7 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
     for (size_t i = 0; i < n; i += part) {
         const size_t count = n - i < part ? n - i : part;
         const softshadow_status status =
-            answer_run(s, points + i, count, out + i, bound ? bound + i : NULL);
+            answer_run(s, points + i, count, frame, out + i, bound ? bound + i : NULL);
         if (status) return status;
     }
     return SOFTSHADOW_OK;
@@ -355,7 +316,7 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state,
     scratch s;
     if (!ss_exact_prepare(&s, stage, state, arena))
         return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
-    const softshadow_status status = answer_run(&s, points, n, visibility, bound);
+    const softshadow_status status = answer_run(&s, points, n, NULL, visibility, bound);
     if (status) return status;
     for (size_t i = 0; i < n; i++) {
         counts->lit += visibility[i] == 1;

@@ -25,13 +25,15 @@ typedef struct scratch {
     ss_group *group;
     ss_contact *contact; /* per lane */
     ss_contact_face *faces;
-    ss_view *view; /* per lane, axes in summing order */
+    ss_group_views *views;
+    ss_view *view; /* per lane, axes in summing order; see ss_exact_view() */
     uint32_t *skip;
     uint16_t *skip_lanes;
     uint32_t *marks; /* tight, wide: see ss_group */
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
+    double size;     /* largest coordinate of the casters as the host gave them, local units */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 
@@ -45,7 +47,14 @@ void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
 /* exact_setup.c. False: out of memory. */
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena);
 bool ss_exact_room(scratch *s, size_t count);
-/* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. */
-bool ss_exact_settles(scratch *s, const ss_point *points, size_t n);
+/* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. *frame: of
+ * the points around them, or NULL; becomes that for the parts of these. */
+bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
+                      const ss_shaft_frame **frame);
+/* Finds the contacts and views of a group that is enclosed, and makes room for what moved. The
+ * group's lanes become those that the kernels can draw. *reach: see ss_group_kernel. */
+void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n, double *reach);
+/* Fills s->view[lane]. */
+void ss_exact_view(scratch *s, unsigned lane);
 
 #endif

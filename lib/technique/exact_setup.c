@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/vec.h"
 #include "coverage/floor.h"
 #include "coverage/view.h"
 #include "technique/exact_parts.h"
@@ -16,17 +17,33 @@ bool ss_exact_room(scratch *s, size_t count) {
     return s->direct && s->triangles;
 }
 
+/* The largest coordinate in a box as the host gave it, in local units. */
+static double host_size(const ss_world *world, const double low[3], const double high[3]) {
+    double size = 0;
+    for (int k = 0; k < 3; k++) {
+        const double origin = (world->low[k] + world->half[k]) * world->scale;
+        size = ss_max(size, ss_max(fabs(low[k] + origin), fabs(high[k] + origin)));
+    }
+    return size;
+}
+
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena) {
+    double bounds[6];
+    for (int k = 0; k < 6; k++) bounds[k] = stage->world->bounds[k];
     *s = (scratch){.stage = stage, .state = e, .arena = arena};
     s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && e->samples->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);
     s->faces = ss_arena_alloc(arena, SS_CONTACT_CACHE, sizeof *s->faces);
     s->view = ss_arena_alloc(arena, SS_LANES, sizeof *s->view);
+    s->views = ss_arena_alloc(arena, 1, sizeof *s->views);
     s->skip = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip);
     s->skip_lanes = ss_arena_alloc(arena, SS_LANES * SS_NEAR_MOST, sizeof *s->skip_lanes);
-    if (!s->group || !s->contact || !s->faces || !s->view || !s->skip || !s->skip_lanes)
+    if (!s->group || !s->contact || !s->faces || !s->view || !s->views || !s->skip ||
+        !s->skip_lanes) {
         return false;
+    }
+    s->size = host_size(stage->world, bounds, bounds + 3);
     for (int i = 0; i < SS_CONTACT_CACHE; i++) s->faces[i].filled = false;
     memset(s->group, 0, sizeof *s->group);
     s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
@@ -51,13 +68,6 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
     return ss_exact_room(s, 512);
 }
 
-static void enclose_group(scratch *s, const ss_point *points, size_t n, double low[3],
-                          double high[3]) {
-    double at[SS_LANES][3];
-    for (size_t i = 0; i < n; i++) memcpy(at[i], points[i].p, sizeof at[i]);
-    ss_group_enclose(s->group, s->stage->light, (const double(*)[3])at, n, low, high);
-}
-
 /* ---- settling -----------------------------------------------------------------------------------
  *
  * A block of points is lit when nothing is in its shaft but faces that its points lie on. */
@@ -73,21 +83,44 @@ static bool all_above(const scratch *s, const ss_point *points, size_t n) {
     return true;
 }
 
-bool ss_exact_settles(scratch *s, const ss_point *points, size_t n) {
-    ss_group *g = s->group;
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    const ss_world *world = s->stage->world;
-    ss_floor face[SURVIVORS];
-    for (size_t i = 0; i < n && n > SS_LANES; i++) {
+static void box_of(const ss_point *points, size_t n, double low[3], double high[3]) {
+    double from[3] = {INFINITY, INFINITY, INFINITY}, to[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < n; i++) {
         for (int k = 0; k < 3; k++) {
-            low[k] = points[i].p[k] < low[k] ? points[i].p[k] : low[k];
-            high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
+            from[k] = ss_min(points[i].p[k], from[k]), to[k] = ss_max(points[i].p[k], to[k]);
         }
     }
-    if (n > SS_LANES)
-        ss_group_enclose_box(g, s->stage->light, low, high);
-    else
-        enclose_group(s, points, n, low, high);
+    memcpy(low, from, sizeof from), memcpy(high, to, sizeof to);
+}
+
+/* Does a group's shaft in that frame come out as tight as in its own? */
+static bool is_near(const ss_shaft_frame *frame) {
+    double size = 0;
+    for (int k = 0; k < 3; k++) size = ss_max(size, frame->high[k] - frame->low[k]);
+    return size * 8 <= frame->depth;
+}
+
+static void enclose(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
+                    const ss_shaft_frame **frame, double low[3], double high[3]) {
+    const bool group = n <= SS_LANES;
+    box_of(points, n, low, high);
+    for (size_t i = 0; i < SS_LANES && group; i++) {
+        for (int k = 0; k < 3; k++) s->views->at[k][i] = points[i < n ? i : 0].p[k];
+    }
+    if (!group || !*frame || !is_near(*frame)) {
+        ss_shaft_frame_make(own, s->stage->light, low, high);
+        *frame = own;
+    }
+    ss_group_enclose(s->group, s->stage->light, *frame, low, high, group ? s->views : NULL);
+}
+
+bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
+                      const ss_shaft_frame **frame) {
+    ss_group *g = s->group;
+    const ss_world *world = s->stage->world;
+    ss_floor face[SURVIVORS];
+    double low[3], high[3];
+    enclose(s, points, n, own, frame, low, high);
     if (!s->may_settle) return false;
     g->listed = s->triangles, g->listed_room = SURVIVORS;
     s->state->kernel->survey(g);
@@ -100,4 +133,62 @@ bool ss_exact_settles(scratch *s, const ss_point *points, size_t n) {
         }
     }
     return all_above(s, points, n);
+}
+
+/* ---- groups ------------------------------------------------------------------------------------*/
+
+static void skip_near(scratch *s, unsigned lane) {
+    ss_group *g = s->group;
+    const ss_contact *contact = &s->contact[lane];
+    for (uint32_t i = 0; i < contact->near_count; i++) {
+        uint32_t j = 0;
+        while (j < g->skip_count && s->skip[j] != contact->near[i]) j++;
+        if (j == g->skip_count)
+            s->skip[j] = contact->near[i], s->skip_lanes[j] = 0, g->skip_count++;
+        s->skip_lanes[j] |= (uint16_t)(1u << lane);
+    }
+}
+
+/* Returns how far a point was moved. */
+static double find_contact(scratch *s, const ss_point *point, unsigned lane) {
+    ss_contact *contact = &s->contact[lane];
+    double gap[3];
+    ss_contact_find(s->stage->bvh, s->stage->world, point, s->faces, contact);
+    ss_sub(contact->p, point->p, gap);
+    for (int k = 0; k < 3; k++) s->views->at[k][lane] = contact->p[k];
+    skip_near(s, lane);
+    return contact->near_count ? ss_length(gap) : 0;
+}
+
+static void find_contacts(scratch *s, const ss_point *points, unsigned n, double ulp,
+                          const double low[3], const double high[3]) {
+    bool known = false;
+    double moved = 0;
+    for (unsigned lane = 0; lane < n; lane++) known |= points[lane].triangle != SS_NO_TRIANGLE;
+    const bool none = !known && ss_contact_none(s->stage->bvh, s->stage->world, low, high, ulp);
+    for (unsigned lane = 0; lane < n; lane++) {
+        if (none) {
+            s->contact[lane].near_count = s->contact[lane].tested_count = 0;
+            memcpy(s->contact[lane].p, points[lane].p, sizeof s->contact[lane].p);
+        } else {
+            moved = ss_max(moved, find_contact(s, &points[lane], lane));
+        }
+    }
+    ss_group_widen(s->group, moved);
+}
+
+void ss_exact_view(scratch *s, unsigned lane) {
+    ss_group_view_of(s->group, s->views, lane, &s->state->light, &s->view[lane]);
+}
+
+void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n, double *reach) {
+    double low[3], high[3], ulp = 0;
+    box_of(points, n, low, high);
+    for (unsigned lane = 0; lane < n; lane++) ulp = ss_max(ulp, points[lane].ulp);
+    *reach = SS_NEAR + 8 * ulp * (ss_max(s->size, host_size(s->stage->world, low, high)) + 1) +
+             2 * SS_TOUCH;
+    s->group->skip_count = 0;
+    find_contacts(s, points, n, ulp, low, high);
+    s->state->kernel->view(s->group, &s->state->light, s->views);
+    s->group->lanes &= (1u << n) - 1;
 }

@@ -45,12 +45,13 @@ static uint32_t children_near(const ss_bvh_node *node, const float below[3], con
     return (uint32_t)(bits[0] | bits[1] | bits[2] | bits[3]) & ((1u << node->count) - 1);
 }
 
-static bool triangle_near(const ss_bvh_leaf *leaf, uint32_t slot, const double p[3], double radius) {
+static bool triangle_near(const ss_bvh_leaf *leaf, uint32_t slot, const double from[3],
+                          const double to[3], double radius) {
     for (int k = 0; k < 3; k++) {
         const float a = leaf->corner[0][k][slot], b = leaf->corner[1][k][slot],
                     c = leaf->corner[2][k][slot];
         const double low = fminf(a, fminf(b, c)), high = fmaxf(a, fmaxf(b, c));
-        if (low - p[k] > radius || p[k] - high > radius) return false;
+        if (low - to[k] > radius || from[k] - high > radius) return false;
     }
     return true;
 }
@@ -94,7 +95,7 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
             for (uint32_t s = 0; s < leaf->count; s++) {
-                if (!triangle_near(leaf, s, p, radius)) continue;
+                if (!triangle_near(leaf, s, p, p, radius)) continue;
                 found++;
                 keep(triangles, room, &stored, leaf->triangle[s]);
             }
@@ -102,6 +103,32 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
     }
     if (stored > 1) qsort(triangles, stored, sizeof *triangles, ascending);
     return found;
+}
+
+bool ss_bvh_near_none(const ss_bvh *bvh, const double low[3], const double high[3], double radius) {
+    uint32_t stack[SS_BVH_STACK];
+    size_t depth = 0;
+    float below[3], above[3];
+    for (int k = 0; k < 3; k++) {
+        below[k] = nextafterf((float)(low[k] - radius), -INFINITY);
+        above[k] = nextafterf((float)(high[k] + radius), INFINITY);
+    }
+    stack[depth++] = 0;
+    while (depth) {
+        const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
+        for (uint32_t m = children_near(node, below, above); m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (!(child & SS_BVH_LEAF)) {
+                stack[depth++] = child;
+                continue;
+            }
+            const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
+            for (uint32_t s = 0; s < leaf->count; s++) {
+                if (triangle_near(leaf, s, low, high, radius)) return false;
+            }
+        }
+    }
+    return true;
 }
 
 /* ---- empty shafts ------------------------------------------------------------------------------*/

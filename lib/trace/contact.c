@@ -199,6 +199,13 @@ void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *p
     contact->near_count += contact->tested_count;
 }
 
+bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const double low[3],
+                     const double high[3], double ulp) {
+    const double size = ss_max(host_size(world, low), host_size(world, high));
+    const double radius = SS_NEAR + longest_reach(world, ulp, size);
+    return ss_bvh_near_none(bvh, low, high, radius + 0x1p-24);
+}
+
 static bool ordered(const double a[3], const double b[3]) {
     for (int k = 0; k < 3; k++) {
         if (a[k] != b[k]) return a[k] < b[k];

@@ -9,28 +9,43 @@
 /* Float rounding of a sum of three products, each with a rounded coordinate, and some more. */
 #define ROUNDING 0x1p-21
 
-/* The two bodies a shaft joins. */
+/* The two bodies a shaft joins, and how large coordinates can be along each axis. */
 typedef struct bodies {
     const ss_light *light;
-    double
-        disk; /* radius of the widest facing disk of a sphere, INFINITY if points may be inside */
-    double low[3], high[3];
-    const double (*points)[3]; /* NULL: all of the box */
+    double disk; /* INFINITY if points may be inside the sphere */
+    const double *low, *high;
+    const double *const *at; /* NULL: all of the box */
     size_t count;
-    double extent;
+    double size[3];
 } bodies;
 
-static double point_support(const bodies *b, const double n[3]) {
-    double sum = 0, most = -INFINITY;
-    if (b->points) {
-        for (size_t i = 0; i < b->count; i++) {
-            const double height = ss_dot(n, b->points[i]);
-            most = height > most ? height : most;
-        }
-        return most;
-    }
+/* Plain sums: what a shaft lets through never shows in an answer. */
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static double box_support(const bodies *b, const double n[3]) {
+    double sum = 0;
     for (int k = 0; k < 3; k++) sum += n[k] * (n[k] > 0 ? b->high[k] : b->low[k]);
     return sum;
+}
+
+static double point_support(const bodies *b, const double n[3]) {
+    if (!b->at) return box_support(b, n);
+    const double *x = b->at[0], *y = b->at[1], *z = b->at[2];
+    double most[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    size_t i = 0;
+    for (; i + 4 <= b->count; i += 4) {
+        for (size_t j = 0; j < 4; j++) {
+            const double height = n[0] * x[i + j] + n[1] * y[i + j] + n[2] * z[i + j];
+            most[j] = height > most[j] ? height : most[j];
+        }
+    }
+    for (; i < b->count; i++) {
+        const double height = n[0] * x[i] + n[1] * y[i] + n[2] * z[i];
+        most[0] = height > most[0] ? height : most[0];
+    }
+    return ss_max(ss_max(most[0], most[1]), ss_max(most[2], most[3]));
 }
 
 /* The facing disk of a sphere grows as its point comes nearer. */
@@ -47,17 +62,15 @@ static double facing_disk(const ss_light *light, const double low[3], const doub
 }
 
 static double support_of(const ss_light *light, double disk, const double n[3]) {
-    const double along_u = ss_dot(n, light->u), along_v = ss_dot(n, light->v);
+    if (light->type == SOFTSHADOW_SPHERE) return dot(n, light->centre) + sqrt(dot(n, n)) * disk;
+    const double along_u = dot(n, light->u), along_v = dot(n, light->v);
     switch (light->type) {
     case SOFTSHADOW_RECT:
-        return ss_dot(n, light->centre) + fabs(along_u) + fabs(along_v);
+        return dot(n, light->centre) + fabs(along_u) + fabs(along_v);
     case SOFTSHADOW_DISK:
-        return ss_dot(n, light->centre) + sqrt(along_u * along_u + along_v * along_v);
-    case SOFTSHADOW_SPHERE:
-        return ss_dot(n, light->centre) + sqrt(ss_dot(n, n)) * disk;
+        return dot(n, light->centre) + sqrt(along_u * along_u + along_v * along_v);
     default: {
-        const double height =
-            ss_dot(n, light->normal) + sqrt(along_u * along_u + along_v * along_v);
+        const double height = dot(n, light->normal) + sqrt(along_u * along_u + along_v * along_v);
         return height > 0 ? INFINITY : -INFINITY;
     }
     }
@@ -73,41 +86,36 @@ static double light_support(const bodies *b, const double n[3]) {
     return support_of(b->light, b->disk, n);
 }
 
-/* Moves n along -axis until the light and the points reach equally far: then the plane touches
- * both. */
-static void lean(const bodies *b, const double side[3], const double axis[3], double depth,
-                 double n[3]) {
+/* Moves n along -axis until the light and the box reach nearly equally far: then the plane nearly
+ * touches both. */
+static void lean(const bodies *b, const ss_shaft_frame *f, const double side[3], double n[3]) {
     double s = 0;
-    for (int round = 0; round < 3; round++) {
-        for (int k = 0; k < 3; k++) n[k] = side[k] - s * axis[k];
-        const double gap = light_support(b, n) - point_support(b, n);
+    for (int round = 0; round < 2; round++) {
+        for (int k = 0; k < 3; k++) n[k] = side[k] - s * f->axis[k];
+        const double gap = light_support(b, n) - box_support(b, n);
         if (!isfinite(gap)) return;
-        s += gap / depth;
+        s += gap / f->depth;
     }
-    for (int k = 0; k < 3; k++) n[k] = side[k] - s * axis[k];
+    for (int k = 0; k < 3; k++) n[k] = side[k] - s * f->axis[k];
 }
 
-static void add_plane(ss_shaft *shaft, const bodies *b, double n[3]) {
+static void add_plane(ss_shaft *shaft, const bodies *b, const double n[3]) {
     double rounded[3], reach = 0;
-    if (!ss_normalize(n)) return;
     for (int k = 0; k < 3; k++) {
         rounded[k] = (float)n[k];
-        reach += fabs(rounded[k]) * ss_max(b->extent, ss_max(fabs(b->low[k]), fabs(b->high[k])));
+        reach += fabs(rounded[k]) * b->size[k];
     }
     const double limit = ss_max(point_support(b, rounded), light_support(b, rounded));
-    if (!isfinite(limit)) return;
+    if (!isfinite(limit) || !isfinite(reach)) return;
     for (int k = 0; k < 3; k++) shaft->normal[shaft->planes][k] = (float)rounded[k];
     shaft->limit[shaft->planes++] = (float)(limit + ROUNDING * (reach + fabs(limit)));
 }
 
 /* ROUNDING is more than a float's, so the conversion stays outside. */
-static void add_box(ss_shaft *shaft, const bodies *b) {
+static void add_box(ss_shaft *shaft, const bodies *b, const ss_shaft_frame *f) {
     for (int k = 0; k < 3; k++) {
-        double n[3] = {0, 0, 0};
-        n[k] = 1;
-        const double up = ss_max(b->high[k], light_support(b, n));
-        n[k] = -1;
-        const double down = ss_max(-b->low[k], light_support(b, n));
+        const double up = ss_max(b->high[k], f->light_high[k]);
+        const double down = ss_max(-b->low[k], -f->light_low[k]);
         shaft->high[k] = (float)(up + ROUNDING * (fabs(up) + 0x1p-100));
         shaft->low[k] = (float)-(down + ROUNDING * (fabs(down) + 0x1p-100));
     }
@@ -128,59 +136,72 @@ static bool across_edge(const double axis[3], const double edge[3], double side[
     return true;
 }
 
-static void make(ss_shaft *shaft, bodies *b) {
-    const ss_light *light = b->light;
+void ss_shaft_frame_make(ss_shaft_frame *f, const ss_light *light, const double low[3],
+                         const double high[3]) {
     const bool sun = light->type == SOFTSHADOW_SUN;
-    double axis[3], side[2][3];
-    shaft->planes = 0;
-    b->disk = light->type == SOFTSHADOW_SPHERE ? facing_disk(light, b->low, b->high) : 0;
-    add_box(shaft, b);
+    f->disk = light->type == SOFTSHADOW_SPHERE ? facing_disk(light, low, high) : 0;
     for (int k = 0; k < 3; k++) {
-        const double middle = b->low[k] + (b->high[k] - b->low[k]) / 2;
-        axis[k] = sun ? light->normal[k] : light->centre[k] - middle;
+        double n[3] = {0, 0, 0};
+        n[k] = 1;
+        f->light_high[k] = support_of(light, f->disk, n);
+        n[k] = -1;
+        f->light_low[k] = -support_of(light, f->disk, n);
+        f->low[k] = low[k], f->high[k] = high[k];
+        const double middle = low[k] + (high[k] - low[k]) / 2;
+        f->axis[k] = sun ? light->normal[k] : light->centre[k] - middle;
     }
-    const double depth = ss_length(axis);
-    if (!ss_normalize(axis)) return;
-    ss_basis(axis, side[0], side[1]);
+    f->depth = ss_length(f->axis);
+    if (!ss_normalize(f->axis)) {
+        for (int k = 0; k < 3; k++) f->axis[k] = 0;
+        return;
+    }
+    ss_basis(f->axis, f->side[0], f->side[1]);
     if (light->type == SOFTSHADOW_RECT && !light->point) {
-        across_edge(axis, light->v, side[0]);
-        across_edge(axis, light->u, side[1]);
+        across_edge(f->axis, light->v, f->side[0]);
+        across_edge(f->axis, light->u, f->side[1]);
     }
+}
+
+static void add_sides(ss_shaft *shaft, const bodies *b, const ss_shaft_frame *f) {
     for (int i = 0; i < 4; i++) {
         double n[3], toward[3];
-        for (int k = 0; k < 3; k++) toward[k] = i & 1 ? -side[i / 2][k] : side[i / 2][k];
-        if (sun)
-            lean_sun(light, toward, n);
+        for (int k = 0; k < 3; k++) toward[k] = i & 1 ? -f->side[i / 2][k] : f->side[i / 2][k];
+        if (b->light->type == SOFTSHADOW_SUN)
+            lean_sun(b->light, toward, n);
         else
-            lean(b, toward, axis, depth, n);
+            lean(b, f, toward, n);
         add_plane(shaft, b, n);
     }
-    const bool round = sun || light->type == SOFTSHADOW_SPHERE || light->point;
-    const double *across = round ? axis : light->normal;
+}
+
+static void add_ends(ss_shaft *shaft, const bodies *b, const ss_shaft_frame *f) {
+    const ss_light *light = b->light;
+    const bool round = light->type == SOFTSHADOW_SUN || light->type == SOFTSHADOW_SPHERE ||
+                       light->point;
+    const double *across = round ? f->axis : light->normal;
     for (int end = 0; end < 2; end++) {
         double n[3];
-        const double sign = (ss_dot(across, axis) > 0) == (end == 0) ? -1 : 1;
+        const double sign = (dot(across, f->axis) > 0) == (end == 0) ? -1 : 1;
         for (int k = 0; k < 3; k++) n[k] = sign * across[k];
         add_plane(shaft, b, n);
     }
 }
 
-void ss_shaft_make(ss_shaft *shaft, const ss_light *light, double extent, const double low[3],
-                   const double high[3]) {
-    bodies b = {.light = light, .extent = extent};
-    for (int k = 0; k < 3; k++) b.low[k] = low[k], b.high[k] = high[k];
-    make(shaft, &b);
+void ss_shaft_in_frame(ss_shaft *shaft, const ss_shaft_frame *frame, const ss_light *light,
+                       double extent, const double low[3], const double high[3],
+                       const double *const at[3], size_t count) {
+    bodies b = {light, frame->disk, low, high, at, count, {0, 0, 0}};
+    for (int k = 0; k < 3; k++) b.size[k] = ss_max(extent, ss_max(fabs(low[k]), fabs(high[k])));
+    shaft->planes = 0;
+    add_box(shaft, &b, frame);
+    if (frame->axis[0] == 0 && frame->axis[1] == 0 && frame->axis[2] == 0) return;
+    add_sides(shaft, &b, frame);
+    add_ends(shaft, &b, frame);
 }
 
-void ss_shaft_around(ss_shaft *shaft, const ss_light *light, double extent,
-                     const double (*points)[3], size_t count, double low[3], double high[3]) {
-    bodies b = {.light = light, .extent = extent, .points = points, .count = count};
-    for (int k = 0; k < 3; k++) b.low[k] = INFINITY, b.high[k] = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-        for (int k = 0; k < 3; k++) {
-            b.low[k] = ss_min(b.low[k], points[i][k]), b.high[k] = ss_max(b.high[k], points[i][k]);
-        }
-    }
-    make(shaft, &b);
-    for (int k = 0; k < 3; k++) low[k] = b.low[k], high[k] = b.high[k];
+void ss_shaft_make(ss_shaft *shaft, const ss_light *light, double extent, const double low[3],
+                   const double high[3]) {
+    ss_shaft_frame frame;
+    ss_shaft_frame_make(&frame, light, low, high);
+    ss_shaft_in_frame(shaft, &frame, light, extent, low, high, NULL, 0);
 }

@@ -17,13 +17,25 @@ typedef struct ss_shaft {
     float low[3], high[3];        /* may be infinite */
 } ss_shaft;
 
-/* extent: the largest |coordinate| of what will be tested. */
+/* What the shafts of boxes near each other share: made for a box, right for every box inside it. */
+typedef struct ss_shaft_frame {
+    double low[3], high[3];
+    double axis[3], side[2][3]; /* towards the light, and unit vectors across; axis 0 0 0: none */
+    double depth, disk;         /* from the box to the light; widest facing disk of a sphere */
+    double light_low[3], light_high[3];
+} ss_shaft_frame;
+void ss_shaft_frame_make(ss_shaft_frame *frame, const ss_light *light, const double low[3],
+                         const double high[3]);
+
+/* The shaft from a box, or more tightly from `count` points in it (at: their x, y, z; NULL: all of the
+ * box), within the frame's. extent: the largest |coordinate| of what will be tested. */
+void ss_shaft_in_frame(ss_shaft *shaft, const ss_shaft_frame *frame, const ss_light *light,
+                       double extent, const double low[3], const double high[3],
+                       const double *const at[3], size_t count);
+
+/* Without a frame made before. */
 void ss_shaft_make(ss_shaft *shaft, const ss_light *light, double extent, const double low[3],
                    const double high[3]);
-
-/* The same for some points, more tightly than for the box around them, which it gives. */
-void ss_shaft_around(ss_shaft *shaft, const ss_light *light, double extent,
-                     const double (*points)[3], size_t count, double low[3], double high[3]);
 
 /* The largest normal . x of the light as seen from anywhere in the box, -INFINITY where it recedes
  * to infinity that way, INFINITY where it grows to it. */
