@@ -298,3 +298,28 @@ void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n,
         out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
     }
 }
+
+const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL
+    "float outer_of(uint at, float h) {\n"
+    "    float gap = h - planes[at + 1u];\n"
+    "    float part = planes[at + 2u] / gap;\n"
+    "    float open = gap > 4.76837158203125e-7 * abs(h) && part < 1.0 ? part : 1.0;\n"
+    "    return planes[at] < h ? 0.0 : open;\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = float(side()) - 1.5;\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    vec2 share = low - vec2(cell);\n"
+    "    uint a = (base_of(face) + cell.y * side() + cell.x) * 4u, b = a + side() * 4u;\n"
+    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, look.z);\n"
+    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, look.z);\n"
+    "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
+    "}\n";
+
+bool ss_outer_tables(void *state, ss_raster_question *question) {
+    ss_light_maps *maps = state;
+    return ss_light_maps_ask(maps, maps->plane ? ss_outer_glsl : ss_light_maps_hard_glsl, question);
+}

@@ -87,6 +87,10 @@ void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t
     "    uint at = base_of(face) + uint(look.y) * side() + uint(look.x);\n" \
     "    return depths[at] < look.z ? 0.0 : 1.0;\n" \
     "}\n"
+/* A face's 64. */
+static inline float *ss_light_maps_words(ss_light_maps *maps, uint32_t face) {
+    return maps->words + 8 + 64 * (size_t)face;
+}
 extern const char ss_light_maps_hard_glsl[];
 
 /* The technique vtable's. The question is `glsl` with tables 0 to 3; the caller may add two. */
@@ -107,6 +111,9 @@ softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name);
 /* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
                     float rise);
+/* The vtable's, for a plane of these texels, or the hard shadow where there is none. */
+extern const char ss_outer_glsl[];
+bool ss_outer_tables(void *state, ss_raster_question *question);
 void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
 
 #endif
