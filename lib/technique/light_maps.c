@@ -98,6 +98,7 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 void ss_light_maps_free(ss_light_maps *maps) {
     ss_free(maps->depth);
     ss_free(maps->plane);
+    ss_free(maps->packed);
 }
 
 void ss_light_maps_destroy(void *state) {
@@ -218,8 +219,9 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
 const char ss_light_maps_hard_glsl[] =
     SS_LIGHT_MAPS_GLSL "float answer(vec3 look, uint face) { return hard(look, face); }\n";
 
-bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
-    if (!maps->frames.count) return false;
+softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
+    question->glsl = NULL;
+    if (!maps->frames.count) return SOFTSHADOW_OK;
     maps->words[0] = (float)maps->frames.resolution;
     *question = (ss_raster_question){
         .glsl = glsl,
@@ -228,10 +230,10 @@ bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question
                   {maps->falloff.value, sizeof maps->falloff.value},
                   {maps->words, sizeof maps->words}},
         .tables = 4};
-    return true;
+    return SOFTSHADOW_OK;
 }
 
-bool ss_light_maps_tables_hard(void *state, ss_raster_question *question) {
+softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(state, ss_light_maps_hard_glsl, question);
 }
 
@@ -319,7 +321,7 @@ const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL
     "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
     "}\n";
 
-bool ss_outer_tables(void *state, ss_raster_question *question) {
+softshadow_status ss_outer_tables(void *state, ss_raster_question *question) {
     ss_light_maps *maps = state;
     return ss_light_maps_ask(maps, maps->plane ? ss_outer_glsl : ss_light_maps_hard_glsl, question);
 }

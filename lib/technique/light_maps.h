@@ -28,6 +28,7 @@ typedef struct ss_light_maps {
     ss_light light; /* for horizons */
     uint64_t silhouette_edges, culled;
     size_t state_size;
+    float *packed; /* a table that is made for the shader; NULL: none */
     float words[SS_LIGHT_MAPS_WORDS]; /* numbers for the shader: see SS_LIGHT_MAPS_GLSL */
 } ss_light_maps;
 
@@ -94,8 +95,8 @@ static inline float *ss_light_maps_words(ss_light_maps *maps, uint32_t face) {
 extern const char ss_light_maps_hard_glsl[];
 
 /* The technique vtable's. The question is `glsl` with tables 0 to 3; the caller may add two. */
-bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
-bool ss_light_maps_tables_hard(void *state, ss_raster_question *question);
+softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
+softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *question);
 void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
 void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
                            float *bound, ss_counts *counts);
@@ -113,7 +114,7 @@ void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32
                     float rise);
 /* The vtable's, for a plane of these texels, or the hard shadow where there is none. */
 extern const char ss_outer_glsl[];
-bool ss_outer_tables(void *state, ss_raster_question *question);
+softshadow_status ss_outer_tables(void *state, ss_raster_question *question);
 void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
 
 #endif

@@ -100,7 +100,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "    return sum > 1.0 ? 1.0 : sum;\n"
     "}\n";
 
-static bool tables(void *state, ss_raster_question *question) {
+static softshadow_status tables(void *state, ss_raster_question *question) {
     pcf_state *pcf = state;
     pcf->maps.words[1] = pcf->wide;
     return ss_light_maps_ask(&pcf->maps, glsl, question);

@@ -91,7 +91,8 @@ typedef struct ss_technique {
      * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes points to
      * where it starts from; `horizon` adds to its answers what no map knows, and counts. */
     const char *query_glsl;
-    bool (*tables)(void *state, struct ss_raster_question *question); /* false: query() knows all */
+    /* Sets question->glsl to NULL where query() needs no map. */
+    softshadow_status (*tables)(void *state, struct ss_raster_question *question);
     void (*look)(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
     void (*horizon)(const void *state, const ss_point *points, size_t n, float *visibility,
                     float *bound, ss_counts *counts);
