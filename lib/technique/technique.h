@@ -28,7 +28,7 @@ enum {
 /* The build as asked, every default filled in, lengths in the host's unit. */
 typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */
-    uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed;
+    uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed, propagate;
     uint32_t bounded;      /* are bounds given? */
     double tolerance, depth_bias, smoothie_width;
     double bounds[6]; /* local: min xyz, max xyz */
@@ -67,7 +67,7 @@ typedef struct ss_counts {
 
 typedef struct ss_technique {
     const char *name, *title, *cite, *notes;
-    uint32_t needs;
+    uint32_t needs, spared; /* spared: what of it params->propagate makes needless */
     uint32_t bound_kind;
     uint32_t lights_native, lights_approximated; /* bit per light type */
     uint32_t weightings;                         /* bit per weighting */
