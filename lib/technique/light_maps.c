@@ -219,6 +219,15 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
 const char ss_light_maps_hard_glsl[] =
     SS_LIGHT_MAPS_GLSL "float answer(vec3 look, uint face) { return hard(look, face); }\n";
 
+void ss_light_maps_lift_words(const ss_frame *frame, float *words) {
+    for (int k = 0; k < 3; k++) {
+        words[k] = (float)frame->origin[k], words[3 + k] = (float)frame->x[k];
+        words[6 + k] = (float)frame->y[k], words[9 + k] = (float)frame->z[k];
+    }
+    words[12] = (float)frame->low[0], words[13] = (float)frame->low[1];
+    words[14] = (float)frame->texel, words[15] = (float)frame->inverse;
+}
+
 softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
     question->glsl = NULL;
     if (!maps->frames.count) return SOFTSHADOW_OK;
