@@ -218,6 +218,47 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     }
 }
 
+/* words[1]: paper; word 0 of a face: same. A texel is c, g, b, q. */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL
+    "float equation_2(vec4 t, float z) {\n"
+    "    float gap = z - t.x, least = 4.76837158203125e-7 * abs(z);\n"
+    "    float l = clamp(0.5 + 0.5 * t.w / (gap > least ? gap : least), 0.0, 1.0);\n"
+    "    return z < t.y ? 1.0 : z < t.x || z > t.z ? 0.0 : l;\n"
+    "}\n"
+    "float alone(vec4 t, float z) {\n"
+    "    if (words[1] == 0.0 && t.x != 1e30) return equation_2(t, z);\n"
+    "    if (t.x < 1e30 && t.w > 0.0) return z > t.z ? 0.0 : 1.0;\n"
+    "    return z < t.y ? 1.0 : 0.0;\n"
+    "}\n"
+    "vec4 texel(uint at) {\n"
+    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + 3u]);\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = float(side()) - 1.5;\n"
+    "    uint right = side() > 1u ? 1u : 0u, up = right * side();\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    float u = low.x - float(cell.x), v = low.y - float(cell.y), z = look.z;\n"
+    "    uint at = base_of(face) + cell.y * side() + cell.x;\n"
+    "    vec4 a = texel(at), b = texel(at + right), c = texel(at + up), d = texel(at + up + right);\n"
+    "    vec4 w = vec4((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v);\n"
+    "    float spread = max(max(a.x, b.x), max(c.x, d.x)) - min(min(a.x, b.x), min(c.x, d.x));\n"
+    "    if (spread <= word(face, 0u) && a.x < 1e30) {\n"
+    "        return falloff_at(equation_2(w.x * a + w.y * b + w.z * c + w.w * d, z));\n"
+    "    }\n"
+    "    return falloff_at(w.x * alone(a, z) + w.y * alone(b, z) + w.z * alone(c, z) + w.w * alone(d, z));\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    limit_state *limits = state;
+    ss_light_maps *maps = &limits->maps;
+    maps->words[1] = limits->paper;
+    for (uint32_t i = 0; i < SS_MAP_FACES; i++) *ss_light_maps_words(maps, i) = limits->same[i];
+    return ss_light_maps_ask(maps, maps->plane ? glsl : ss_light_maps_hard_glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -245,6 +286,10 @@ const ss_technique ss_penumbra_limit = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

@@ -130,7 +130,7 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
     const uint32_t side = maps->frames.resolution;
     const ss_raster_casters casters = {
         .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
-    softshadow_status status = ss_raster_cpu.depth(&casters, first, stage->pool);
+    softshadow_status status = stage->raster->depth(&casters, first, stage->pool);
     for (size_t i = 0; i < (size_t)side * side; i++) {
         above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
     }
