@@ -139,7 +139,6 @@ static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
         fflush(stdout);
         return true;
     }
-    if (r->options.rays) return bench_rays(cell, &r->options, error);
     return bench_measure(cell, &r->options, &result, error) &&
            report_cell(&r->report, cell, &r->options, &result, error);
 }
@@ -219,17 +218,6 @@ static bool all_scenes(request *r, char *const *files, int count, cli_error *err
     return fine;
 }
 
-static bool has_method(const char *name) {
-    uint32_t count = 0;
-    softshadow_method_count(&count);
-    for (uint32_t i = 0; i < count; i++) {
-        softshadow_method method = SOFTSHADOW_METHOD_INIT;
-        if (softshadow_method_info(i, &method) == SOFTSHADOW_OK && strcmp(method.name, name) == 0)
-            return true;
-    }
-    return false;
-}
-
 /* What was not asked for. */
 static void complete(request *r, int files) {
     bench_options *o = &r->options;
@@ -244,7 +232,7 @@ static void complete(request *r, int files) {
     }
     if (r->quick && o->repeat == 0) o->repeat = 1;
     if (o->repeat == 0) o->repeat = 3;
-    o->automatic = has_method("auto");
+    o->automatic = true;
 }
 
 int cli_bench(int argc, char **argv) {
@@ -262,8 +250,6 @@ int cli_bench(int argc, char **argv) {
          .help = "run Embree on the same points in turns, and print ratios of time"},
         {.name = "methods", .kind = CLI_FLAG, .into = &o->methods,
          .help = "time every other method, too, with its defaults"},
-        {.name = "rays", .kind = CLI_UINT, .argument = "N", .into = &o->rays, .low = 16, .high = 4096,
-         .help = "only this: raytrace of N samples against Embree at equal rays"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,

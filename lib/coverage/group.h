@@ -10,6 +10,7 @@
 #define SS_COVERAGE_GROUP_H
 
 #include "coverage/lattice.h"
+#include "scene/levels.h"
 #include "trace/bvh.h"
 #include "trace/outline.h"
 #include "trace/shaft.h"
@@ -28,6 +29,21 @@
  * of t for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's business. */
 #define SS_FLOAT_REACH 0x1p-20
 
+/* A stretch of t, and the scene that stands for the casters there. It begins at t_near, lane by lane:
+ * what is nearer is cut off, as a surface would else shadow points on itself. It may go on for
+ * longer than it has to: what two slabs draw is hidden once. */
+typedef struct ss_slab {
+    _Alignas(64) float t_near[SS_LANES], t_far[SS_LANES]; /* casters count between them */
+    float t_safe, t_beyond; /* between them nothing is clipped or too near to any lane */
+    float t_floor;          /* what lies wholly below it is out of every lane's slab */
+    float t_until, t_again; /* what lies wholly between them is left to coarser slabs */
+    const ss_bvh *bvh;
+    const ss_outline *outline;
+    uint32_t skip_count; /* of the group's skipped triangles: none is in a coarser scene */
+} ss_slab;
+
+#define SS_SLABS_MOST (SS_LEVELS_MOST + 1)
+
 typedef struct ss_group {
     _Alignas(
         64) float matrix[3][3][SS_LANES]; /* [row][k]: row . X = sum of matrix[row][k] X[axis[k]] */
@@ -42,7 +58,10 @@ typedef struct ss_group {
     /* For all lanes, t of a vertex X is within t_least..t_most + t_axis . Y +- t_spread . |Y|, with
      * Y = X - middle. Between t_safe and t_beyond nothing is clipped or too near to any of them. */
     float t_axis[3], t_spread[3], t_least, t_most, t_safe, t_beyond;
-    const ss_bvh *bvh;
+    ss_slab slabs[SS_SLABS_MOST]; /* [0]: the casters themselves; then coarser ones, drawn first */
+    uint32_t slab_count;
+    const ss_slab *slab; /* the one being drawn */
+    const ss_bvh *bvh;   /* of the casters */
     const ss_outline *outline;
     const ss_lattice *lattice;
     const uint8_t *tested; /* per world triangle: opacity-tested, or NULL if none is */
@@ -62,8 +81,9 @@ typedef struct ss_group {
 
     /* If not NULL, only lane 0 is asked, and two masks come out: the cells of the lattice that an
      * edge passes through, and those from whose middle it is at most SS_LATTICE_REACH cells away.
-     */
+     * Edges that reach beyond t = blur_from are taken to be `blur` cells wider on either side. */
     uint32_t *marks; /* [tight, wide][blocks x 16] */
+    float blur_from, blur;
 
     /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; the slots' keys,
      * edge

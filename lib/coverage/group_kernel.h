@@ -23,7 +23,7 @@
 #define OFTEN 96 /* edges of single triangles between two looks at what is covered */
 
 static uint32_t seen_by(const ss_group *g, uint32_t triangle, uint32_t lanes) {
-    for (uint32_t i = 0; i < g->skip_count; i++) {
+    for (uint32_t i = 0; i < g->slab->skip_count; i++) {
         if (g->skip[i] == triangle) lanes &= ~(uint32_t)g->skip_lanes[i];
     }
     return lanes;
@@ -66,7 +66,7 @@ static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
     }
     const vf least = f_min(v[0].t, f_min(v[1].t, v[2].t)),
              most = f_max(v[0].t, f_max(v[1].t, v[2].t));
-    const vf near = f_load(g->t_near), far = f_load(g->t_far);
+    const vf near = f_load(g->slab->t_near), far = f_load(g->slab->t_far);
     lanes &= m_bits(m_and(f_le(near, most), f_le(least, far)));
     if (!lanes) return;
     for (int c = 0; c < 3; c++) {
@@ -101,25 +101,27 @@ static inline void leaf_uses(walk *w, const uint32_t uses[3][SS_BVH_WIDTH], uint
 /* merge: its faces share enough edges that a common outline pays. */
 static inline void visit_leaf(walk *w, uint32_t index, bool merge) {
     ss_group *g = w->g;
-    const ss_bvh_leaf *leaf = &g->bvh->leaves[index];
+    const ss_outline *outline = g->slab->outline;
+    const ss_bvh_leaf *leaf = &g->slab->bvh->leaves[index];
     const box b = triangle_box(leaf);
-    const vm used = m_from((1u << leaf->count) - 1);
-    const vm in = m_and(used, triangles_in_shaft(&g->shaft, leaf, &b));
+    const depths d = depths_of(g, &b);
+    vm in = m_andnot(m_from((1u << leaf->count) - 1), out_of_slab(g->slab, &d));
+    in = m_and(in, triangles_in_shaft(&g->shaft, leaf, &b));
     if (!m_bits(in)) return;
-    const sides s = triangle_sides(g, leaf, g->outline->leaf_drop[index]);
+    const sides s = triangle_sides(g, leaf, outline->leaf_drop[index]);
     const uint32_t rest = m_bits(m_andnot(in, s.hidden));
     if (!rest) return;
     uint32_t joint = 0;
-    if (merge) joint = m_bits(m_and(m_or(s.front, s.back), between_planes(g, &b))) & rest;
+    if (merge) joint = m_bits(m_and(m_or(s.front, s.back), between_planes(g->slab, &d))) & rest;
     const uint32_t back = m_bits(s.back);
-    if (joint & ~back) leaf_uses(w, g->outline->leaf_uses[index], joint & ~back, 0);
-    if (joint & back) leaf_uses(w, g->outline->leaf_uses[index], joint & back, 1);
+    if (joint & ~back) leaf_uses(w, outline->leaf_uses[index], joint & ~back, 0);
+    if (joint & back) leaf_uses(w, outline->leaf_uses[index], joint & back, 1);
     for (uint32_t m = rest & ~joint; m; m &= m - 1) single(w, leaf, (unsigned)__builtin_ctz(m));
     if (w->work > OFTEN) close_lanes(w);
 }
 
 static inline void whole_child(walk *w, const ss_outline_node *o, unsigned i, uint32_t side) {
-    const uint32_t *uses = w->g->outline->uses + o->first[i];
+    const uint32_t *uses = w->g->slab->outline->uses + o->first[i];
     for (uint32_t done = 0; done < o->count[i];) {
         /* Boundaries longer than a list cancel in pieces only; that costs time, not truth. */
         const uint32_t left = o->count[i] - done, n = left < SS_GROUP_LIST ? left : SS_GROUP_LIST;
@@ -152,18 +154,19 @@ static inline uint32_t sort_children(const ss_group *g, const ss_bvh_node *node,
 
 static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     ss_group *g = w->g;
-    const ss_bvh_node *node = &g->bvh->nodes[index];
-    const ss_outline_node *o = &g->outline->nodes[index];
+    const ss_bvh_node *node = &g->slab->bvh->nodes[index];
+    const ss_outline_node *o = &g->slab->outline->nodes[index];
     const box b = child_box(node);
+    const depths d = depths_of(g, &b);
     vm inside;
-    vm in = m_and(m_from((1u << node->count) - 1), in_shaft(&g->shaft, &b, &inside));
+    vm in = m_andnot(m_from((1u << node->count) - 1), out_of_slab(g->slab, &d));
+    in = m_and(in, in_shaft(&g->shaft, &b, &inside));
     if (!m_bits(in)) return 0;
     const sides s = child_sides(g, o);
     in = m_andnot(in, s.hidden);
     uint32_t open = m_bits(in);
     const uint32_t one_side = m_bits(m_or(s.front, s.back)), back = m_bits(s.back);
-    uint32_t whole = open & one_side & o->whole;
-    if (whole) whole &= m_bits(between_planes(g, &b));
+    const uint32_t whole = open & one_side & o->whole & m_bits(between_planes(g->slab, &d));
     for (uint32_t m = whole; m; m &= m - 1) {
         const unsigned i = (unsigned)__builtin_ctz(m);
         if (o->count[i] > SMALL && !(m_bits(inside) >> i & 1)) continue;
@@ -233,13 +236,16 @@ static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
         memcpy(ss_group_mask(g, (unsigned)__builtin_ctz(m)), g->lattice->outside,
                blocks * SS_BLOCK * sizeof(uint32_t));
     }
-    uint32_t stack[SS_BVH_STACK], depth = 0;
-    stack[depth++] = 0;
-    while (depth && w->open) {
-        depth--;
-        depth += visit_node(w, stack[depth], stack + depth);
+    for (uint32_t i = g->slab_count; i-- > 0 && w->open;) {
+        uint32_t stack[SS_BVH_STACK], depth = 0;
+        g->slab = &g->slabs[i];
+        stack[depth++] = 0;
+        while (depth && w->open) {
+            depth--;
+            depth += visit_node(w, stack[depth], stack + depth);
+        }
+        flush(w); /* edges are numbered slab by slab */
     }
-    flush(w);
     conclude(w);
 }
 

@@ -63,12 +63,15 @@ static inline void mark_cells(const walk *w, const edge *e, float x_low, float x
     }
 }
 
-static inline void mark_edge(const walk *w, const edge *e, const bounds *box) {
-    _Alignas(64) float x_low[SS_LANES], x_high[SS_LANES];
+static inline void mark_edge(const walk *w, const edge *e, const bounds *box, vf farthest) {
+    const ss_group *g = w->g;
+    _Alignas(64) float x_low[SS_LANES], x_high[SS_LANES], t[SS_LANES];
     f_store(x_low, box->x_low);
     f_store(x_high, box->x_high);
-    mark_cells(w, e, x_low[0], x_high[0], 0.5f, w->g->marks);
-    mark_cells(w, e, x_low[0], x_high[0], SS_LATTICE_REACH, w->g->marks + w->blocks * SS_BLOCK);
+    f_store(t, farthest);
+    const float blur = t[0] > g->blur_from ? g->blur : 0;
+    mark_cells(w, e, x_low[0], x_high[0], 0.5f + blur, g->marks);
+    mark_cells(w, e, x_low[0], x_high[0], SS_LATTICE_REACH + blur, g->marks + w->blocks * SS_BLOCK);
 }
 
 /* ---- single triangles
@@ -84,7 +87,7 @@ static inline void add_edge(const walk *w, polygon *p, const place *a, const pla
                             const pixel *pa, const pixel *pb) {
     bounds box;
     set_edge(&p->edges[p->count], &box, a, b, pa, pb, w->rows / 2);
-    if (w->g->marks) mark_edge(w, &p->edges[p->count], &box);
+    if (w->g->marks) mark_edge(w, &p->edges[p->count], &box, f_max(a->t, b->t));
     p->count++;
     p->box.x_low = f_min(p->box.x_low, box.x_low), p->box.x_high = f_max(p->box.x_high, box.x_high);
     p->box.y_low = f_min(p->box.y_low, box.y_low), p->box.y_high = f_max(p->box.y_high, box.y_high);
@@ -92,8 +95,8 @@ static inline void add_edge(const walk *w, polygon *p, const place *a, const pla
 
 static inline void clip_triangle(const walk *w, polygon *p, const place v[3]) {
     segment s[MOST_EDGES] = {{v[0], v[1]}, {v[1], v[2]}, {v[2], v[0]}};
-    int count = clip(s, 3, f_load(w->g->t_near), 0);
-    count = clip(s, count, f_load(w->g->t_far), 1);
+    int count = clip(s, 3, f_load(w->g->slab->t_near), 0);
+    count = clip(s, count, f_load(w->g->slab->t_far), 1);
     for (int i = 0; i < count; i++) {
         const pixel a = project(&s[i].a), b = project(&s[i].b);
         add_edge(w, p, &s[i].a, &s[i].b, &a, &b);
@@ -248,7 +251,7 @@ static inline void push_edge(walk *w, const float ends[8], int32_t sum) {
         edge e;
         bounds box;
         set_edge(&e, &box, &from, &to, &a, &c, w->rows / 2);
-        mark_edge(w, &e, &box);
+        mark_edge(w, &e, &box, f_max(from.t, to.t));
     }
     const uint32_t lanes = m_bits(touched(w, &around, 1)) & w->open;
     if (!lanes) return;
@@ -270,11 +273,11 @@ static inline void draw_list(walk *w, uint32_t side) {
     bool any = false;
     for (uint32_t i = 0; i < g->list_count; i++) {
         const uint32_t ahead = i + 8 < g->list_count ? i + 8 : i;
-        __builtin_prefetch(g->outline->ends[g->keys[g->list[ahead]] >> 1]);
+        __builtin_prefetch(g->slab->outline->ends[g->keys[g->list[ahead]] >> 1]);
         const uint32_t key = g->keys[g->list[i]];
         const int32_t sum = g->sums[g->list[i]];
         if ((key & 1) != side || sum == 0) continue;
-        push_edge(w, g->outline->ends[key >> 1], sum);
+        push_edge(w, g->slab->outline->ends[key >> 1], sum);
         any = true;
     }
     if (!any) return;

@@ -72,19 +72,34 @@ static inline vm triangles_in_shaft(const ss_shaft *shaft, const ss_bvh_leaf *le
     return in;
 }
 
-/* Boxes between every lane's near and far plane: nothing of them is clipped, or too near. */
-static inline vm between_planes(const ss_group *g, const box *b) {
-    vf low = f_set(g->t_least), high = f_set(g->t_most);
+/* How far along the segments boxes lie, for all lanes. */
+typedef struct depths {
+    vf low, high;
+} depths;
+
+static inline depths depths_of(const ss_group *g, const box *b) {
+    depths d = {f_set(g->t_least), f_set(g->t_most)};
     for (int k = 0; k < 3; k++) {
         const vf from = f_sub(b->low[k], f_set(g->middle[k])),
                  to = f_sub(b->high[k], f_set(g->middle[k]));
         const vf n = f_set(g->t_axis[k]);
         const vf one = f_mul(from, n), two = f_mul(to, n);
         const vf spread = f_mul(f_set(g->t_spread[k]), f_max(f_abs(from), f_abs(to)));
-        low = f_add(low, f_sub(f_min(one, two), spread));
-        high = f_add(high, f_add(f_max(one, two), spread));
+        d.low = f_add(d.low, f_sub(f_min(one, two), spread));
+        d.high = f_add(d.high, f_add(f_max(one, two), spread));
     }
-    return m_and(f_lt(f_set(g->t_safe), low), f_lt(high, f_set(g->t_beyond)));
+    return d;
+}
+
+/* Boxes between every lane's near and far plane: nothing of them is clipped, or too near. */
+static inline vm between_planes(const ss_slab *slab, const depths *d) {
+    return m_and(f_lt(f_set(slab->t_safe), d->low), f_lt(d->high, f_set(slab->t_beyond)));
+}
+
+/* Boxes of which other slabs draw everything that this one could. */
+static inline vm out_of_slab(const ss_slab *slab, const depths *d) {
+    return m_or(f_lt(d->high, f_set(slab->t_floor)),
+                m_and(f_lt(f_set(slab->t_until), d->low), f_lt(d->high, f_set(slab->t_again))));
 }
 
 /* ---- sides

@@ -7,6 +7,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/kernel_view.h \
   %D%/lattice.c %D%/lattice.h \
+  %D%/slab.c %D%/slab.h \
   %D%/view.c %D%/view.h
 noinst_LTLIBRARIES += libss_scalar.la
 libss_scalar_la_SOURCES = %D%/group_scalar.c %D%/lanes_scalar.h

@@ -6,10 +6,8 @@
 #include "base/status.h"
 #include "engine/engine.h"
 #include "silhouette/silhouette.h"
-#include "topology/levels.h"
 #include "topology/topology.h"
 #include "trace/bvh.h"
-#include "trace/lod.h"
 #include "trace/rays.h"
 
 static void free_states(ss_built *built) {
@@ -30,7 +28,7 @@ static void free_states(ss_built *built) {
 }
 
 static void free_geometry(ss_built *built) {
-    ss_lod_destroy(built->lod);
+    ss_engine_drop_lod(built);
     ss_rays_destroy(built->rays);
     ss_bvh_destroy(built->bvh);
     ss_silhouette_tree_destroy(built->silhouettes);
@@ -38,7 +36,6 @@ static void free_geometry(ss_built *built) {
     ss_world_destroy(built->world);
     built->rays = NULL, built->bvh = NULL, built->world = NULL;
     built->silhouettes = NULL, built->topology = NULL;
-    built->lod = NULL, built->lod_triangles = 0;
 }
 
 void ss_built_free(ss_built *built) {
@@ -97,8 +94,7 @@ static softshadow_status build_light(ss_built *built, uint32_t i) {
     softshadow_status status = SOFTSHADOW_OK;
     if (technique->build) status = technique->build(&built->stages[i], &built->states[i]);
     if (status || !built->programs) return status;
-    status = technique->tables(built->states[i], &question);
-    if (status || !question.glsl) return status;
+    if (!technique->tables(built->states[i], &question)) return SOFTSHADOW_OK;
     return built->plan.raster->load(&question, &built->programs[i]);
 }
 
@@ -106,6 +102,8 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
     ss_built *built = &handle->built;
     const uint32_t n = handle->scene.light_count;
     const bool ask_in_c = !built->plan.raster->load;
+    if (built->light_version != handle->scene.light_version) ss_engine_drop_lod_lights(built);
+    built->light_version = handle->scene.light_version;
     built->lights = ss_alloc(n, sizeof *built->lights);
     built->stages = ss_alloc(n, sizeof *built->stages);
     built->states = ss_alloc(n, sizeof *built->states);
@@ -136,7 +134,7 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
 static void count_bytes(ss_built *built) {
     const ss_world *world = built->world;
     size_t bytes = world->vertex_count * 12 + world->triangle_count * 12;
-    if (built->lod) bytes += ss_lod_bytes(built->lod);
+    bytes += ss_engine_lod_bytes(built);
     if (built->bvh) bytes += ss_bvh_bytes(built->bvh);
     if (built->rays) bytes += ss_rays_bytes(built->rays);
     if (built->topology) bytes += ss_topology_bytes(built->topology);
@@ -146,40 +144,6 @@ static void count_bytes(ss_built *built) {
     }
     built->bytes = bytes;
     if (bytes > built->peak_bytes) built->peak_bytes = bytes;
-}
-
-/* Levels take about 5 us a triangle to make and save, where they save anything, about as much for a
- * few points: a large batch over a mesh that is dense enough to be worth it. */
-#define LOD_POINTS ((size_t)1 << 17)
-#define LOD_TRIANGLES 8192
-
-static softshadow_status make_lod(softshadow *handle) {
-    ss_built *built = &handle->built;
-    ss_levels *levels;
-    softshadow_status status = ss_levels_build(built->world, handle->pool, NULL, &levels);
-    if (status) return status;
-    status = ss_lod_create(&built->lod, built->world, levels, handle->pool);
-    ss_levels_destroy(levels);
-    if (status) return status;
-    built->lod_triangles = ss_lod_triangles(built->lod);
-    built->bytes += ss_lod_bytes(built->lod);
-    if (built->bytes > built->peak_bytes) built->peak_bytes = built->bytes;
-    return SOFTSHADOW_OK;
-}
-
-softshadow_status ss_engine_lend_lod(softshadow *handle, size_t count, const struct ss_lod **lod) {
-    ss_built *built = &handle->built;
-    softshadow_status status = SOFTSHADOW_OK;
-    *lod = NULL;
-    if (!(built->plan.needs & SS_NEEDS_LOD) || count < LOD_POINTS ||
-        ss_levels_work(built->world) < LOD_TRIANGLES) {
-        return SOFTSHADOW_OK;
-    }
-    pthread_mutex_lock(&handle->lod_lock);
-    if (!built->lod) status = make_lod(handle);
-    *lod = built->lod;
-    pthread_mutex_unlock(&handle->lod_lock);
-    return status;
 }
 
 static bool same_plan(const ss_plan *a, const ss_plan *b) {
@@ -194,11 +158,14 @@ static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progr
     if (status) return status;
     built->plan = *plan;
     localize_bounds(built->world, &built->plan.params);
-    built->light_version = handle->scene.light_version;
     status = build_lights(handle, progress);
     if (!status) status = ss_progress_add(progress, 1);
     for (uint32_t i = 0; i < built->light_count; i++) built->stages[i].progress = NULL;
     if (!status) count_bytes(built);
+    const struct ss_lod_light *lod;
+    for (uint32_t i = 0; i < built->light_count && !status; i++) {
+        status = ss_engine_lend_lod(handle, i, 0, &lod);
+    }
     return status;
 }
 

@@ -7,6 +7,7 @@
 #include <stdatomic.h>
 
 #include "engine/plan.h"
+#include "scene/levels.h"
 #include "scene/scene.h"
 #include "technique/technique.h"
 
@@ -26,7 +27,10 @@ typedef struct ss_built {
     ss_world *world;
     struct ss_bvh *bvh;
     struct ss_rays *rays;
-    struct ss_lod *lod; /* made by the first query that it pays for */
+    struct ss_lod *lod; /* made when it first pays: see ss_engine_lend_lod() */
+    struct ss_topology *lod_topology[SS_LEVELS_MOST];
+    struct ss_lod_light **lod_lights; /* by light, as they are asked for */
+    uint32_t lod_light_count;
     struct ss_topology *topology;
     struct ss_silhouette_tree *silhouettes;
     ss_light *lights;
@@ -57,9 +61,14 @@ struct softshadow {
 /* Builds what the request needs and is stale. On failure nothing is built. */
 softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request);
 void ss_built_free(ss_built *built);
-/* Coarser scenes for a query of `count` points where the technique can use them and the work repays
- * them: *lod is NULL otherwise. A choice by numbers only, so that a batch always gets the same. */
-softshadow_status ss_engine_lend_lod(softshadow *handle, size_t count, const struct ss_lod **lod);
+/* Coarser scenes for a query of `count` points, where the technique can use them and that many, or
+ * those the host told of, repay them: *lod is NULL otherwise. A choice by numbers only, so that a batch
+ * always gets the same. */
+softshadow_status ss_engine_lend_lod(softshadow *handle, uint32_t light, size_t count,
+                                     const struct ss_lod_light **lod);
+void ss_engine_drop_lod(ss_built *built);
+void ss_engine_drop_lod_lights(ss_built *built); /* what depends on the lights */
+size_t ss_engine_lod_bytes(const ss_built *built);
 
 /* Answers a checked batch. */
 softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,

@@ -141,13 +141,16 @@ static softshadow_status answer(softshadow *handle, const softshadow_points *poi
     ss_stage stage = built->stages[points->light];
     const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
+    /* As the whole batch would be answered, not the chosen few. */
+    softshadow_status status = ss_engine_lend_lod(handle, points->light, points->count, &stage.lod);
+    if (status) return status;
     stage.rows = points->width > 0 && asked.technique->finish;
     if (!stage.rows) return ss_engine_ask(handle, &asked, &c->points, c->answer, &totals);
     softshadow_points all = *points;
     float *whole = ss_alloc(points->count, sizeof *whole);
     if (!whole) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", points->count);
     all.error_bound = NULL;
-    const softshadow_status status = ss_engine_ask(handle, &asked, &all, whole, &totals);
+    status = ss_engine_ask(handle, &asked, &all, whole, &totals);
     for (size_t j = 0; j < n && !status; j++) c->answer[j] = whole[place_of(j, n, points->count)];
     ss_free(whole);
     return status;

@@ -337,7 +337,7 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
     stage.rows = points->width > 0 && asked.technique->finish;
-    softshadow_status status = ss_engine_lend_lod(handle, points->count, &stage.lod);
+    softshadow_status status = ss_engine_lend_lod(handle, points->light, points->count, &stage.lod);
     if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
     totals.query_seconds = ss_clock() - start;
     if (!status) add_totals(handle, &totals);

@@ -102,3 +102,15 @@ double ss_light_weight(const ss_light *light, const ss_view *view, uint32_t weig
     const double above = normal ? ss_dot(normal, to) : 1;
     return tilt > 0 && above > 0 ? profile * solid * above : 0;
 }
+
+void ss_light_box(const ss_light *light, double low[3], double high[3]) {
+    for (int k = 0; k < 3; k++) {
+        double reach = fabs(light->u[k]) + fabs(light->v[k]);
+        if (light->type == SOFTSHADOW_SPHERE) reach = light->radius;
+        if (light->type == SOFTSHADOW_SUN) reach = INFINITY;
+        const double centre = light->type == SOFTSHADOW_SUN ? 0 : light->centre[k];
+        low[k] = centre - reach, high[k] = centre + reach;
+    }
+    /* The sun is infinitely far along every axis; along one it is never inside a scene. */
+    if (light->type == SOFTSHADOW_SUN) low[0] = high[0] = INFINITY;
+}

@@ -12,6 +12,7 @@
 #include "base/status.h"
 #include "base/vec.h"
 #include "coverage/bound.h"
+#include "coverage/slab.h"
 #include "coverage/view.h"
 #include "technique/exact_parts.h"
 
@@ -212,6 +213,11 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
 static softshadow_status draw(scratch *s, double reach) {
     ss_group *g = s->group;
     s->state->kernel->depths(g, reach);
+    const double strays = ss_group_set_slabs(g, s->stage->lod, s->slab_cells);
+    if (g->marks && strays > 0) { /* of the casters themselves, and around them */
+        ss_group_widen(g, strays);
+        g->slab_count = 1, g->slabs[0].t_until = INFINITY;
+    }
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel->draw(g);
@@ -260,7 +266,8 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
     const double *normal = normal_of(e, point, turned);
     ss_shaft_frame own;
     const ss_shaft_frame *frame = NULL;
-    if (ss_exact_settles(s, point, 1, &own, &frame)) { /* as in any block that does */
+    const bool settles = ss_exact_settles(s, point, 1, &own, &frame);
+    if (settles && !s->stage->lod) { /* as in any block that does */
         *out = 0;
         return SOFTSHADOW_OK;
     }

@@ -68,20 +68,6 @@ void ss_exact_destroy(void *state) {
     ss_free(e);
 }
 
-/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are
- * only followed to where they would enter the sphere. */
-static void bound_light(const ss_light *light, double low[3], double high[3]) {
-    for (int k = 0; k < 3; k++) {
-        double reach = fabs(light->u[k]) + fabs(light->v[k]);
-        if (light->type == SOFTSHADOW_SPHERE) reach = light->radius;
-        if (light->type == SOFTSHADOW_SUN) reach = INFINITY;
-        const double centre = light->type == SOFTSHADOW_SUN ? 0 : light->centre[k];
-        low[k] = centre - reach, high[k] = centre + reach;
-    }
-    /* The sun is infinitely far along every axis; along one it is never inside a scene. */
-    if (light->type == SOFTSHADOW_SUN) low[0] = high[0] = INFINITY;
-}
-
 softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     exact *e = ss_alloc(1, sizeof *e);
     if (!e || !mark_tested(stage->world, &e->tested)) {
@@ -104,7 +90,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
     if (!status) {
         double low[3], high[3];
-        bound_light(stage->light, low, high);
+        ss_light_box(stage->light, low, high);
         status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, low, high,
                                   stage->pool);
     }

@@ -34,6 +34,7 @@ typedef struct scratch {
     uint32_t *triangles;
     size_t direct_room;
     double size;     /* largest coordinate of the casters as the host gave them, local units */
+    double slab_cells; /* of the lattice: how far beside the casters a coarser scene may be seen */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 

@@ -80,7 +80,9 @@ static softshadow_status make_level(ss_lod_level *out, const ss_world *world,
     measure(coarse);
     for (uint32_t m = 0; m < world->mesh_count; m++) {
         const ss_level *level = level_of(&levels->meshes[m], k);
-        if (level) out->deviation = fmax(out->deviation, DEVIATIONS * level->deviation_rms);
+        if (!level) continue;
+        out->deviation = fmax(out->deviation, DEVIATIONS * level->deviation_rms);
+        out->deviation_max = fmax(out->deviation_max, level->deviation_max);
     }
     return ss_bvh_build(&out->bvh, coarse, pool, NULL);
 }
@@ -125,4 +127,36 @@ uint64_t ss_lod_triangles(const ss_lod *lod) {
     uint64_t triangles = 0;
     for (uint32_t k = 0; k < lod->count; k++) triangles += lod->level[k].world->triangle_count;
     return triangles;
+}
+
+softshadow_status ss_lod_light_create(ss_lod_light **out, const ss_lod *lod,
+                                      ss_topology *const topology[SS_LEVELS_MOST],
+                                      const ss_light *light, ss_pool *pool) {
+    double low[3], high[3];
+    *out = NULL;
+    ss_lod_light *l = ss_alloc(1, sizeof *l);
+    if (!l) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for coarser scenes");
+    l->lod = lod;
+    ss_light_box(light, low, high);
+    for (uint32_t k = 0; k < lod->count; k++) {
+        const softshadow_status status = ss_outline_build(&l->outline[k], lod->level[k].bvh,
+                                                          topology[k], NULL, low, high, pool);
+        if (!status) continue;
+        ss_lod_light_destroy(l);
+        return status;
+    }
+    *out = l;
+    return SOFTSHADOW_OK;
+}
+
+void ss_lod_light_destroy(ss_lod_light *light) {
+    if (!light) return;
+    for (uint32_t k = 0; k < SS_LEVELS_MOST; k++) ss_outline_destroy(light->outline[k]);
+    ss_free(light);
+}
+
+size_t ss_lod_light_bytes(const ss_lod_light *light) {
+    size_t bytes = sizeof *light;
+    for (uint32_t k = 0; k < light->lod->count; k++) bytes += ss_outline_bytes(light->outline[k]);
+    return bytes;
 }

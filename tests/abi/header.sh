@@ -47,7 +47,7 @@ int main(void) {
     softshadow_build build = {.struct_size = sizeof build, .method = "auto", .backend = SOFTSHADOW_CPU, .samples = 64,
         .resolution = 0, .layers = 0, .max_samples = 0, .falloff = SOFTSHADOW_FALLOFF_DISK,
         .weighting = SOFTSHADOW_UNIFORM, .mask_taps = 0, .blur = 0, .seed = 0, .tolerance = 0, .depth_bias = 0,
-        .smoothie_width = 0, .bounds = NULL};
+        .smoothie_width = 0, .bounds = NULL, .points_ahead = 0};
     softshadow_points points = {.struct_size = sizeof points, .position_type = SOFTSHADOW_F32, .positions = point,
         .position_stride = 0, .count = 1, .normals = NULL, .normal_stride = 0, .ids = NULL, .primitives = NULL,
         .width = 0, .light = 0, .error_bound = &bound};

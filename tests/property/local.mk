@@ -11,7 +11,7 @@ PROOF_LIBS = libsoftshadow-proof.la libsoftshadow.la $(CMOCKA_LIBS) -lm -lpthrea
 
 oracles = tests/oracle/self
 proofs = %D%/closed_forms %D%/relations %D%/bits %D%/inputs \
-  %D%/measures %D%/random_scenes
+  %D%/levels %D%/measures %D%/random_scenes
 check_PROGRAMS += $(oracles) $(proofs)
 TESTS += $(oracles) $(proofs)
 
@@ -26,6 +26,9 @@ tests_oracle_self_LDADD = $(PROOF_LIBS)
 %C%_bits_LDADD = $(PROOF_LIBS)
 %C%_inputs_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_inputs_LDADD = $(PROOF_LIBS)
+%C%_levels_SOURCES = %D%/levels.c %D%/truth.h
+%C%_levels_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_levels_LDADD = $(PROOF_LIBS)
 %C%_measures_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_measures_LDADD = $(PROOF_LIBS)
 %C%_random_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
@@ -34,7 +37,7 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit
+map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
@@ -45,8 +48,6 @@ TESTS += $(map_proofs)
 %C%_maps_figure10_LDADD = $(PROOF_LIBS)
 %C%_maps_cournia_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_cournia_LDADD = $(PROOF_LIBS)
-%C%_maps_limit_CPPFLAGS = $(PROOF_CPPFLAGS)
-%C%_maps_limit_LDADD = $(PROOF_LIBS)
 endif
 
 # The same on a GPU: Mesa's llvmpipe does as one.

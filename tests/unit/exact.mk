@@ -5,4 +5,9 @@ tests_unit_test_exact_SOURCES = %D%/test_exact.c %D%/shapes.h
 tests_unit_test_exact_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 tests_unit_test_coverage_SOURCES = %D%/test_coverage.c
 tests_unit_test_coverage_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
+
+check_PROGRAMS += tests/unit/lod
+TESTS += tests/unit/lod
+tests_unit_lod_SOURCES = %D%/lod.c %D%/shapes.h
+tests_unit_lod_LDADD = libsoftshadow-core.la $(CMOCKA_LIBS)
 endif
