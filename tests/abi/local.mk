@@ -3,7 +3,8 @@ scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh
 dist_check_SCRIPTS += $(scripts)
 TESTS += $(scripts)
 
-hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless
+hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless \
+  %D%/gpu_faults %D%/gpu_host
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
 EXTRA_DIST += %D%/plain.h
@@ -24,6 +25,12 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 %C%_foreign_LDADD = libsoftshadow.la
 %C%_foreign_CFLAGS = $(EXPORTING)
 %C%_foreign_LDFLAGS = -export-dynamic
+%C%_gpu_faults_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_gpu_faults_LDADD = libsoftshadow.la -ldl
+%C%_gpu_faults_CFLAGS = $(EXPORTING)
+%C%_gpu_faults_LDFLAGS = -export-dynamic
+%C%_gpu_host_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_gpu_host_LDADD = libsoftshadow.la -ldl -lpthread
 %C%_threadless_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_threadless_LDADD = libsoftshadow.la -ldl
 %C%_threadless_CFLAGS = $(EXPORTING)
