@@ -122,6 +122,10 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
          .kind = CLI_FLAG,
          .into = &o->blur,
          .help = "penumbra-mask: blur along image rows"},
+        {.name = "propagate",
+         .kind = CLI_FLAG,
+         .into = &o->propagate,
+         .help = "penumbra-limit: from the depth image, not from silhouettes"},
         {.name = "bounds",
          .kind = CLI_REALS,
          .argument = "X0,Y0,Z0,X1,Y1,Z1",
@@ -250,7 +254,7 @@ bool cli_build_options_finish(cli_build_options *o, cli_error *error) {
     if (!o->light_count)
         return cli_fail(error, CLI_USAGE, "--light is missing, " CLI_LIGHT_FORMS " is allowed");
     if (o->build.method && !check_method(o->build.method, error)) return false;
-    o->build.blur = o->blur;
+    o->build.blur = o->blur, o->build.propagate = o->propagate;
     if (o->bounds_given) o->build.bounds = o->bounds;
     return !o->profile_path || load_profile(o, error);
 }

@@ -6,7 +6,7 @@
 
 #include "options.h"
 
-enum { CLI_MOST_LIGHTS = 64, CLI_BUILD_TABLE = 16, CLI_RUN_TABLE = 8 };
+enum { CLI_MOST_LIGHTS = 64, CLI_BUILD_TABLE = 17, CLI_RUN_TABLE = 8 };
 
 typedef struct cli_build_options {
     softshadow_build build;
@@ -16,7 +16,7 @@ typedef struct cli_build_options {
     const char *profile_path;
     float *profile; /* of all lights; owned */
     double bounds[6];
-    bool quiet, bounds_given, blur;
+    bool quiet, bounds_given, blur, propagate;
     bool silent;         /* not even warnings on stderr: a host owns it */
     bool stats;          /* print softshadow_stats ... */
     uint32_t stats_form; /* ... 0: as a table, 1: as json */

@@ -194,6 +194,8 @@ typedef struct softshadow_build {
     double depth_bias;    /* for techniques that compare depths, in units of length; 0: their own */
     double smoothie_width; /* "smoothie": in tangent units; 0: R/b */
     const double *bounds; /* 6: min xyz, max xyz of all points you will ask; NULL: anywhere */
+    uint32_t propagate;   /* "penumbra-limit": non-zero: penumbrae spread from the depth image instead
+                             of from silhouettes: for foliage, soup and cut-out opacity */
     uint64_t points_ahead; /* about how many points you will ask in all while the meshes stay as they
                               are; 0: who knows. "auto" makes coarser levels of dense meshes, which
                               takes seconds a million triangles, when this, or one batch, repays it */

@@ -6,7 +6,7 @@
 #include "peer.h"
 #include "scenes.h"
 
-enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9, BENCH_METHODS = 32 };
+enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9, BENCH_METHODS = 32, BENCH_REPEATS = 32 };
 
 typedef struct bench_options {
     double tolerances[BENCH_TOLERANCES];
@@ -18,6 +18,7 @@ typedef struct bench_options {
     uint32_t truth_samples;
     bool peer, primitives, automatic;
     bool methods; /* every other method, too, with its defaults */
+    uint32_t rays; /* a point, for bench_rays(); 0: the rest of the bench */
 } bench_options;
 
 /* One way to ask, measured. Errors are root mean squares against the truth. */
@@ -82,6 +83,10 @@ void bench_truth_free(bench_truth *truth);
 void bench_truth_judge(const bench_truth *truth, const float *value, bench_way *way);
 
 /* ---- measure.c */
+/* A handle with the cell's mesh and light; the caller's even on an error, to be destroyed. */
+bool bench_open(const bench_cell *cell, uint32_t threads, softshadow **handle, cli_error *error);
+/* Sorts the values. */
+double bench_median(double *values, uint32_t count);
 bool bench_measure(const bench_cell *cell, const bench_options *options, bench_result *result,
                    cli_error *error);
 /* The seconds a point at which a side reaches an error, between its counts as straight lines of
@@ -90,5 +95,9 @@ double bench_reach(const bench_way *ways, uint32_t count, double tolerance, benc
 /* The radius of the light at which a quarter of the camera's points are in penumbra. */
 bool bench_calibrate(const bench_cell *cell, const bench_options *options, double *radius,
                      double *share, cli_error *error);
+
+/* ---- rays.c */
+/* "raytrace" against the peer at equal rays: prints the ratios. */
+bool bench_rays(const bench_cell *cell, const bench_options *options, cli_error *error);
 
 #endif

@@ -139,6 +139,7 @@ static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
         fflush(stdout);
         return true;
     }
+    if (r->options.rays) return bench_rays(cell, &r->options, error);
     return bench_measure(cell, &r->options, &result, error) &&
            report_cell(&r->report, cell, &r->options, &result, error);
 }
@@ -250,6 +251,8 @@ int cli_bench(int argc, char **argv) {
          .help = "run Embree on the same points in turns, and print ratios of time"},
         {.name = "methods", .kind = CLI_FLAG, .into = &o->methods,
          .help = "time every other method, too, with its defaults"},
+        {.name = "rays", .kind = CLI_UINT, .argument = "N", .into = &o->rays, .low = 16, .high = 4096,
+         .help = "only this: raytrace of N samples against Embree at equal rays"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,

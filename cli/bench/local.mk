@@ -5,6 +5,7 @@ softshadow_SOURCES += \
   %D%/figure10.c %D%/figure10.h tests/figure10.c tests/figure10.h \
   %D%/measure.c %D%/truth.c \
   %D%/peer.c %D%/peer.h \
+  %D%/rays.c \
   %D%/report.c %D%/report.h \
   %D%/scenes.c %D%/scenes.h \
   tests/scenes.c tests/scenes_bench.c tests/scenes.h

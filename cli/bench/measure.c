@@ -7,7 +7,7 @@
 #include "bench.h"
 #include "clock.h"
 
-enum { MOST_REPEATS = 32, CHUNK = 128 };
+enum { CHUNK = 128 };
 
 /* What the peer shoots in one timing: enough that a timing takes a few tenths of a second. */
 #define RAYS_A_TIMING 12e6
@@ -31,7 +31,7 @@ typedef struct contest {
     cli_error *error;
 } contest;
 
-static double median(double *values, uint32_t count) {
+double bench_median(double *values, uint32_t count) {
     for (uint32_t i = 1; i < count; i++) {
         const double v = values[i];
         uint32_t j = i;
@@ -52,20 +52,24 @@ static bool library_fails(contest *c, const char *what) {
                     softshadow_last_message(c->handle));
 }
 
-static bool open_library(contest *c, uint32_t threads) {
-    const peer_mesh *mesh = &c->cell->scene->mesh;
+bool bench_open(const bench_cell *cell, uint32_t threads, softshadow **handle, cli_error *error) {
+    const peer_mesh *mesh = &cell->scene->mesh;
     softshadow_options options = SOFTSHADOW_OPTIONS_INIT;
     options.threads = threads;
-    if (softshadow_create(&c->handle, &options) != SOFTSHADOW_OK)
-        return cli_fail(c->error, CLI_FAILED, "%s", softshadow_last_message(NULL));
+    if (softshadow_create(handle, &options) != SOFTSHADOW_OK)
+        return cli_fail(error, CLI_FAILED, "%s", softshadow_last_message(NULL));
     softshadow_mesh given = SOFTSHADOW_MESH_INIT;
     given.flags = SOFTSHADOW_BORROW;
     given.positions = mesh->positions, given.vertex_count = mesh->vertex_count;
     given.indices = mesh->indices, given.triangle_count = mesh->triangle_count;
-    if (softshadow_add_mesh(c->handle, &given, NULL) != SOFTSHADOW_OK)
-        return library_fails(c, "mesh");
-    return softshadow_set_light(c->handle, &c->cell->light) == SOFTSHADOW_OK ||
-           library_fails(c, "light");
+    return (softshadow_add_mesh(*handle, &given, NULL) == SOFTSHADOW_OK &&
+            softshadow_set_light(*handle, &cell->light) == SOFTSHADOW_OK) ||
+           cli_fail(error, CLI_FAILED, "%s: %s", cell->scene->name,
+                    softshadow_last_message(*handle));
+}
+
+static bool open_library(contest *c, uint32_t threads) {
+    return bench_open(c->cell, threads, &c->handle, c->error);
 }
 
 /* Nobody builds for one batch: what is made once for the meshes is made, and told apart. */
@@ -149,7 +153,7 @@ static bool choose_style(contest *c) {
         const peer_style style = {.samples = 256, .coherent = i & 1, .clustered = i >> 1};
         for (int k = 0; k < 3; k++)
             if (!time_peer(c, &style, 1024, &seconds[k])) return false;
-        const double middle = median(seconds, 3);
+        const double middle = bench_median(seconds, 3);
         if (middle < best) best = middle, c->result->style = style;
     }
     return true;
@@ -158,7 +162,7 @@ static bool choose_style(contest *c) {
 /* ---- In turns -------------------------------------------------------------------------------*/
 
 typedef struct timings {
-    double of[MOST_REPEATS];
+    double of[BENCH_REPEATS];
     uint32_t count;
 } timings;
 
@@ -225,12 +229,15 @@ static bool all_turns(contest *c) {
                 return false;
         }
     }
-    for (uint32_t i = 0; i < r->ours_count; i++) r->ours[i].seconds = median(ours[i].of, o->repeat);
+    for (uint32_t i = 0; i < r->ours_count; i++)
+        r->ours[i].seconds = bench_median(ours[i].of, o->repeat);
     for (uint32_t i = 0; i < r->fixed_count; i++)
-        r->fixed[i].seconds = median(fixed[i].of, o->repeat);
-    for (uint32_t i = 0; i < r->rim_count; i++) r->rim[i].seconds = median(rim[i].of, o->repeat);
+        r->fixed[i].seconds = bench_median(fixed[i].of, o->repeat);
+    for (uint32_t i = 0; i < r->rim_count; i++)
+        r->rim[i].seconds = bench_median(rim[i].of, o->repeat);
     for (uint32_t i = 0; o->automatic && i < o->tolerance_count; i++)
-        r->at[i].automatic = r->at[i].automatic_way.seconds = median(automatic[i].of, o->repeat);
+        r->at[i].automatic = r->at[i].automatic_way.seconds =
+            bench_median(automatic[i].of, o->repeat);
     return true;
 }
 
@@ -256,7 +263,7 @@ static bool other_methods(contest *c) {
         for (; times.count < c->options->repeat; times.count++)
             if (!ask(c, &points, &times.of[times.count])) return false;
         judge_ours(c, way);
-        way->seconds = median(times.of, times.count);
+        way->seconds = bench_median(times.of, times.count);
     }
     return true;
 }
@@ -328,7 +335,7 @@ static bool measure_lit(contest *c) {
     peer_style style = c->result->style;
     style.samples = 256, style.rim = true;
     peer_samples *samples = peer_samples_create(&c->cell->light, &style);
-    double ours[MOST_REPEATS], theirs[MOST_REPEATS];
+    double ours[BENCH_REPEATS], theirs[BENCH_REPEATS];
     const uint32_t repeat = c->options->repeat;
     points.positions = lit, points.count = count, points.primitives = NULL;
     uint32_t *order = bench_morton((const float(*)[3])lit, count ? count : 1);
@@ -343,8 +350,8 @@ static bool measure_lit(contest *c) {
                    c->visibility);
         theirs[turn] = (bench_clock() - start) / (double)count;
     }
-    if (fine && count) c->result->ours_lit = median(ours, repeat);
-    if (fine && count && c->options->peer) c->result->peer_lit = median(theirs, repeat);
+    if (fine && count) c->result->ours_lit = bench_median(ours, repeat);
+    if (fine && count && c->options->peer) c->result->peer_lit = bench_median(theirs, repeat);
     peer_samples_free(samples);
     free(order);
     free(sorted);

@@ -94,7 +94,8 @@ static softshadow_status build_light(ss_built *built, uint32_t i) {
     softshadow_status status = SOFTSHADOW_OK;
     if (technique->build) status = technique->build(&built->stages[i], &built->states[i]);
     if (status || !built->programs) return status;
-    if (!technique->tables(built->states[i], &question)) return SOFTSHADOW_OK;
+    status = technique->tables(built->states[i], &question);
+    if (status || !question.glsl) return status;
     return built->plan.raster->load(&question, &built->programs[i]);
 }
 

@@ -131,6 +131,7 @@ static void fill_params(ss_params *params, const softshadow_build *request) {
         .mask_taps = or_default(request->mask_taps, 8),
         .blur = request->blur,
         .seed = request->seed,
+        .propagate = request->propagate != 0,
         .tolerance = request->tolerance > 0 ? request->tolerance : 1.0 / 256,
         .depth_bias = request->depth_bias,
         .smoothie_width = request->smoothie_width,
@@ -169,6 +170,7 @@ softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
         plan->params.samples = samples_for(plan->params.tolerance);
     }
     plan->needs = plan->technique->needs;
+    if (plan->params.propagate) plan->needs &= ~plan->technique->spared;
     if (is_auto(method)) plan->needs |= SS_NEEDS_LOD;
     if (!casts_anything(scene)) plan->needs &= ~(uint32_t)SS_NEEDS_RAYS; /* nothing to hit */
     if ((plan->needs & SS_NEEDS_RAYS) && ss_process_forked()) {

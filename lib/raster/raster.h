@@ -63,7 +63,8 @@ typedef struct ss_raster_ink {
     ss_raster_table table[SS_RASTER_TABLES];
     uint32_t tables;
     float first_key; /* what each texel has at first: only lesser keys count */
-    void (*keep)(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]);
+    void (*keep)(void *keep_ctx, uint32_t x, uint32_t y, float key, const float value[4]);
+    void *keep_ctx;
 } ss_raster_ink;
 
 /* What answers points: text that declares its tables (binding 2 and on) and defines

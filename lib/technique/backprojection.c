@@ -20,7 +20,7 @@
 
 #include "base/memory.h"
 #include "base/status.h"
-#include "technique/lamp.h"
+#include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
@@ -309,6 +309,79 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     for (size_t i = 0; i < n; i++) out[i] = seen_by((const back_state *)maps, looks, i);
 }
 
+/* words[1] to [3]: layers, max_samples, fill. */
+static const char glsl[] = SS_LAMP_GLSL
+    "float gap_of(View v, vec3 look, float depth) { return max(look.z - depth, v.least); }\n"
+    "uint texel_of(uint face, ivec2 at) {\n"
+    "    return (base_of(face) + uint(at.y) * side() + uint(at.x)) * 2u * uint(words[1]);\n"
+    "}\n"
+    "vec2 fill_gaps(View v, vec3 look, ivec2 at, int step, vec2 edge, vec2 low) {\n"
+    "    for (int k = 0; k < 2; k++) {\n"
+    "        if (at[k] < step) continue;\n"
+    "        ivec2 beside = at;\n"
+    "        beside[k] -= step;\n"
+    "        uint other = texel_of(v.face, beside);\n"
+    "        float depth = planes[other];\n"
+    "        if (!(depth + (planes[other + 1u] - depth) * float(step) < look.z)) continue;\n"
+    "        low[k] = min(low[k], edge[k] / gap_of(v, look, depth));\n"
+    "    }\n"
+    "    return low;\n"
+    "}\n"
+    "float contribution(View v, vec3 look, ivec2 corner, int step) {\n"
+    "    ivec2 at = min(corner + step / 2, ivec2(int(side()) - 1));\n"
+    "    uint texel = texel_of(v.face, at);\n"
+    "    int layers = int(words[1]);\n"
+    "    vec2 edge = vec2(corner) - look.xy;\n"
+    "    bool wide = words[3] != 0.0;\n"
+    "    for (int l = layers - 1; l >= 0; l--) {\n"
+    "        float depth = planes[texel + uint(l)], compared = planes[texel + uint(layers + l)];\n"
+    "        if (!(depth + (compared - depth) * float(step) < look.z)) continue;\n"
+    "        float gap = gap_of(v, look, depth);\n"
+    "        if (!wide && lamp_misses(v, edge + float(step) / 2.0, gap, float(step))) continue;\n"
+    "        vec2 low = edge / gap, high = (edge + float(step)) / gap;\n"
+    "        if (wide) low = fill_gaps(v, look, at, step, edge, low);\n"
+    "        float hidden = lamp_hidden(v, low, high);\n"
+    "        if (hidden > 1e-9) return hidden;\n"
+    "    }\n"
+    "    return 0.0;\n"
+    "}\n"
+    "float hidden_by_all(View v, Kernel k, vec3 look) {\n"
+    "    uint count = levels(), level = count > 3u ? 3u : count - 1u;\n"
+    "    uint wide = side_at(level), start = level > 0u ? level_start(v.face, level) : base_of(v.face);\n"
+    "    int last = int(side()) - 1;\n"
+    "    float sum = 0.0;\n"
+    "    for (int j = 0; j < k.count.y && sum < 1.0; j++) {\n"
+    "        int row = k.low.y + j * k.step, y = min(row + k.step / 2, last);\n"
+    "        for (int i = 0; i < k.count.x; i++) {\n"
+    "            int column = k.low.x + i * k.step, x = min(column + k.step / 2, last);\n"
+    "            uint square = start + uint(y >> level) * wide + uint(x >> level);\n"
+    "            float least = level > 0u ? pyramids[square] : depths[square];\n"
+    "            if (!(least < look.z)) {\n" /* the samples that stay in it */
+    "                i += (((x >> 3) + 1) * 8 - 1 - x) / k.step;\n"
+    "                continue;\n"
+    "            }\n"
+    "            sum += contribution(v, look, ivec2(column, row), k.step);\n"
+    "        }\n"
+    "    }\n"
+    "    return min(sum, 1.0);\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    View v; Kernel k;\n"
+    "    if (look.z == -1e30) return 1.0;\n"
+    "    if (!lamp_see(face, look, v)) return hard(look, face);\n"
+    "    if (!lamp_search(v, look, k)) return 1.0;\n"
+    "    lamp_thin(k, uint(words[2]));\n"
+    "    return 1.0 - hidden_by_all(v, k, look);\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    back_state *back = state;
+    if (back->maps.light.point) return ss_light_maps_tables_hard(state, question);
+    back->maps.words[1] = (float)back->layers, back->maps.words[2] = (float)back->max_samples;
+    back->maps.words[3] = back->fill;
+    return ss_lamp_ask(&back->maps, back->lamp, back->pyramid, glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -331,6 +404,10 @@ const ss_technique ss_backprojection = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = destroy,
     .bytes = bytes,
     .map_count = ss_light_maps_count,

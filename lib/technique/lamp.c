@@ -241,3 +241,17 @@ void ss_lamp_thin(ss_lamp_kernel *kernel, uint32_t limit) {
         if (!limit || (double)kernel->count[0] * kernel->count[1] <= limit) return;
     }
 }
+
+/* ---- for the shader -------------------------------------------------------------------------- */
+
+void ss_lamp_words(const ss_lamp *lamp, float *words) {
+    for (int k = 0; k < 3; k++) words[k] = (float)lamp->u[k], words[3 + k] = (float)lamp->v[k];
+    words[6] = (float)lamp->radius, words[7] = (float)lamp->square;
+    words[8] = lamp->sphere, words[9] = lamp->disk;
+    words[10] = (float)lamp->distance, words[11] = (float)lamp->inverse;
+    words[12] = (float)lamp->low[0], words[13] = (float)lamp->low[1];
+    words[14] = (float)lamp->texel, words[15] = (float)lamp->rings;
+    for (int i = 0; i < SS_LAMP_RINGS; i++) {
+        words[16 + i] = (float)lamp->ring[i], words[24 + i] = (float)lamp->weight[i];
+    }
+}

@@ -67,6 +67,9 @@ bool ss_lamp_search(const ss_lamp_view *view, const ss_pyramid *pyramid, double 
 /* The texels before the light for an occluder at a gap of its own. false: outside of the map. */
 bool ss_lamp_footprint(const ss_lamp_view *view, uint32_t side, double x, double y, double gap,
                        ss_lamp_kernel *out);
+/* The lamp as a face's words, for lamp_glsl.h; 32 of them. */
+void ss_lamp_words(const ss_lamp *lamp, float *words);
+
 /* At most `limit` of them; 0: all. */
 void ss_lamp_thin(ss_lamp_kernel *kernel, uint32_t limit);
 

@@ -98,6 +98,7 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 void ss_light_maps_free(ss_light_maps *maps) {
     ss_free(maps->depth);
     ss_free(maps->plane);
+    ss_free(maps->packed);
 }
 
 void ss_light_maps_destroy(void *state) {
@@ -218,8 +219,18 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
 const char ss_light_maps_hard_glsl[] =
     SS_LIGHT_MAPS_GLSL "float answer(vec3 look, uint face) { return hard(look, face); }\n";
 
-bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
-    if (!maps->frames.count) return false;
+void ss_light_maps_lift_words(const ss_frame *frame, float *words) {
+    for (int k = 0; k < 3; k++) {
+        words[k] = (float)frame->origin[k], words[3 + k] = (float)frame->x[k];
+        words[6 + k] = (float)frame->y[k], words[9 + k] = (float)frame->z[k];
+    }
+    words[12] = (float)frame->low[0], words[13] = (float)frame->low[1];
+    words[14] = (float)frame->texel, words[15] = (float)frame->inverse;
+}
+
+softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
+    question->glsl = NULL;
+    if (!maps->frames.count) return SOFTSHADOW_OK;
     maps->words[0] = (float)maps->frames.resolution;
     *question = (ss_raster_question){
         .glsl = glsl,
@@ -228,10 +239,10 @@ bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question
                   {maps->falloff.value, sizeof maps->falloff.value},
                   {maps->words, sizeof maps->words}},
         .tables = 4};
-    return true;
+    return SOFTSHADOW_OK;
 }
 
-bool ss_light_maps_tables_hard(void *state, ss_raster_question *question) {
+softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(state, ss_light_maps_hard_glsl, question);
 }
 
@@ -297,4 +308,29 @@ void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n,
         const float above = (1 - u) * outer_of(b, h) + u * outer_of(b + SS_OUTER_CHANNELS, h);
         out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
     }
+}
+
+const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL
+    "float outer_of(uint at, float h) {\n"
+    "    float gap = h - planes[at + 1u];\n"
+    "    float part = planes[at + 2u] / gap;\n"
+    "    float open = gap > 4.76837158203125e-7 * abs(h) && part < 1.0 ? part : 1.0;\n"
+    "    return planes[at] < h ? 0.0 : open;\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = float(side()) - 1.5;\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    vec2 share = low - vec2(cell);\n"
+    "    uint a = (base_of(face) + cell.y * side() + cell.x) * 4u, b = a + side() * 4u;\n"
+    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, look.z);\n"
+    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, look.z);\n"
+    "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
+    "}\n";
+
+softshadow_status ss_outer_tables(void *state, ss_raster_question *question) {
+    ss_light_maps *maps = state;
+    return ss_light_maps_ask(maps, maps->plane ? ss_outer_glsl : ss_light_maps_hard_glsl, question);
 }

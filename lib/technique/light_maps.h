@@ -28,6 +28,7 @@ typedef struct ss_light_maps {
     ss_light light; /* for horizons */
     uint64_t silhouette_edges, culled;
     size_t state_size;
+    float *packed; /* a table that is made for the shader; NULL: none */
     float words[SS_LIGHT_MAPS_WORDS]; /* numbers for the shader: see SS_LIGHT_MAPS_GLSL */
 } ss_light_maps;
 
@@ -87,11 +88,25 @@ void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t
     "    uint at = base_of(face) + uint(look.y) * side() + uint(look.x);\n" \
     "    return depths[at] < look.z ? 0.0 : 1.0;\n" \
     "}\n"
+/* A face's 64. */
+static inline float *ss_light_maps_words(ss_light_maps *maps, uint32_t face) {
+    return maps->words + 8 + 64 * (size_t)face;
+}
+/* The 16 that take a place in a face's map back to local coordinates, for SS_LIGHT_LIFT_GLSL. */
+void ss_light_maps_lift_words(const ss_frame *frame, float *words);
+#define SS_LIGHT_LIFT_GLSL \
+    "vec3 word3(uint face, uint i) { return vec3(word(face, i), word(face, i + 1u), word(face, i + 2u)); }\n" \
+    "vec3 lift(uint face, vec3 look) {\n" \
+    "    float s = 1.0 - look.z * word(face, 15u);\n" \
+    "    vec2 at = (vec2(word(face, 12u), word(face, 13u)) + look.xy * word(face, 14u)) / s;\n" \
+    "    return word3(face, 0u) + at.x * word3(face, 3u) + at.y * word3(face, 6u) +\n" \
+    "           look.z / s * word3(face, 9u);\n" \
+    "}\n"
 extern const char ss_light_maps_hard_glsl[];
 
 /* The technique vtable's. The question is `glsl` with tables 0 to 3; the caller may add two. */
-bool ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
-bool ss_light_maps_tables_hard(void *state, ss_raster_question *question);
+softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
+softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *question);
 void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
 void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
                            float *bound, ss_counts *counts);
@@ -107,6 +122,9 @@ softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name);
 /* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
                     float rise);
+/* The vtable's, for a plane of these texels, or the hard shadow where there is none. */
+extern const char ss_outer_glsl[];
+softshadow_status ss_outer_tables(void *state, ss_raster_question *question);
 void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
 
 #endif

@@ -2,19 +2,49 @@
 
 #include "base/memory.h"
 
+/* Where a pen's offers go when a GPU has chosen among them. */
+typedef struct sheet {
+    float *texels; /* of the face */
+    uint32_t side;
+} sheet;
+
+static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
+    const sheet *s = ctx;
+    float *texel = s->texels + ((size_t)y * s->side + x) * SS_OUTER_CHANNELS;
+    texel[SS_OUTER_VERTEX] = value[0], texel[SS_OUTER_RISE] = value[1], texel[SS_OUTER_KEY] = key;
+}
+
+/* The pen's own shade() offers to the plane, which keep() fills otherwise. */
+static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
+                                  const ss_raster_triangle *triangles, size_t count,
+                                  const ss_outer_pen *pen) {
+    const uint32_t side = maps->frames.resolution;
+    const size_t n = (size_t)side * side, first = face * n;
+    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side};
+    ss_outer_pen own = *pen;
+    own.words[3] = (float)maps->frames.face[face].far_h;
+    const ss_raster_ink ink = {.shade = pen->shade,
+                               .ctx = pen->ctx,
+                               .offer_glsl = pen->glsl,
+                               .table = {{maps->depth + first, n * sizeof *maps->depth},
+                                         {own.words, sizeof own.words}},
+                               .tables = 2,
+                               .first_key = 1,
+                               .keep = keep,
+                               .keep_ctx = &s};
+    return stage->raster->keep(triangles, count, side, &ink, stage->pool);
+}
+
 softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *maps,
                                  const ss_silhouette *found, uint32_t face,
-                                 const ss_rim_style *style, ss_raster_shade *shade, void *ctx) {
-    const ss_frame *frame = &maps->frames.face[face];
-    const uint32_t resolution = maps->frames.resolution;
+                                 const ss_rim_style *style, const ss_outer_pen *pen) {
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
-    softshadow_status status = ss_rim_build(&rim, stage, found, frame, resolution);
+    softshadow_status status =
+        ss_rim_build(&rim, stage, found, &maps->frames.face[face], maps->frames.resolution);
     if (!status) status = ss_rim_draw(&rim, style, &triangles, &count);
-    if (!status) {
-        status = ss_raster_cpu.draw(triangles, count, 4, resolution, shade, ctx, stage->pool);
-    }
+    if (!status) status = draw_rim(stage, maps, face, triangles, count, pen);
     ss_free(triangles);
     ss_rim_free(&rim);
     return status;

@@ -69,6 +69,43 @@ static void bicubic(const ss_light_maps *maps, const ss_looks *looks, size_t n, 
     }
 }
 
+/* words[1]: the wide filter? */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL
+    "float lit(vec3 look, uint face, ivec2 at) {\n"
+    "    at = clamp(at, ivec2(0), ivec2(int(side()) - 1));\n"
+    "    return depths[base_of(face) + uint(at.y) * side() + uint(at.x)] < look.z ? 0.0 : 1.0;\n"
+    "}\n"
+    "vec4 spline(float t) {\n"
+    "    float s = 1.0 - t;\n"
+    "    return vec4(s * s * s, 4.0 - 3.0 * t * t * (2.0 - t), 4.0 - 3.0 * s * s * (2.0 - s),\n"
+    "                t * t * t) / 6.0;\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    ivec2 at = ivec2(low.x < 0.0 ? -1 : int(low.x), low.y < 0.0 ? -1 : int(low.y));\n"
+    "    vec2 share = low - vec2(at);\n"
+    "    if (words[1] == 0.0) {\n"
+    "        float below = (1.0 - share.x) * lit(look, face, at) + share.x * lit(look, face, at + ivec2(1, 0));\n"
+    "        float above = (1.0 - share.x) * lit(look, face, at + ivec2(0, 1)) +\n"
+    "                      share.x * lit(look, face, at + ivec2(1, 1));\n"
+    "        return (1.0 - share.y) * below + share.y * above;\n"
+    "    }\n"
+    "    vec4 across = spline(share.x), up = spline(share.y);\n"
+    "    float sum = 0.0;\n"
+    "    for (int j = 0; j < 4; j++) {\n"
+    "        float row = 0.0;\n"
+    "        for (int k = 0; k < 4; k++) row += across[k] * lit(look, face, at + ivec2(k - 1, j - 1));\n"
+    "        sum += up[j] * row;\n"
+    "    }\n"
+    "    return sum > 1.0 ? 1.0 : sum;\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    pcf_state *pcf = state;
+    pcf->maps.words[1] = pcf->wide;
+    return ss_light_maps_ask(&pcf->maps, glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -89,6 +126,10 @@ const ss_technique ss_pcf = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

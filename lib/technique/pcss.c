@@ -10,7 +10,7 @@
  * - A texel blocks only where it stands between the point and some of the light: h_r - h grows with
  * its distance. Without that, wide filters shadow every slope with itself; bias cannot help, as it
  * would have to grow with the filter. */
-#include "technique/lamp.h"
+#include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
@@ -143,6 +143,59 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     for (size_t i = 0; i < n; i++) out[i] = seen_by((const pcss_state *)maps, looks, i);
 }
 
+/* words[1]: max_samples. */
+static const char glsl[] = SS_LAMP_GLSL
+    "float depth_of(Kernel k, ivec2 i, uint face) {\n"
+    "    ivec2 at = min(k.low + i * k.step + k.step / 2, ivec2(int(side()) - 1));\n"
+    "    return depths[base_of(face) + uint(at.y) * side() + uint(at.x)];\n"
+    "}\n"
+    "bool blocks(View v, Kernel k, vec2 low, float gap) {\n"
+    "    return gap > 0.0 && !lamp_misses(v, low + float(k.step) / 2.0, max(gap, v.least), float(k.step));\n"
+    "}\n"
+    "float mean_blocker(View v, Kernel k, vec3 look) {\n"
+    "    float sum = 0.0, n = 0.0;\n"
+    "    for (int j = 0; j < k.count.y; j++) {\n"
+    "        for (int i = 0; i < k.count.x; i++) {\n"
+    "            vec2 low = vec2(k.low + ivec2(i, j) * k.step) - look.xy;\n"
+    "            float gap = look.z - depth_of(k, ivec2(i, j), v.face);\n"
+    "            if (blocks(v, k, low, gap)) sum += gap, n += 1.0;\n"
+    "        }\n"
+    "    }\n"
+    "    return n > 0.0 ? sum / n : -1.0;\n"
+    "}\n"
+    "float filtered(View v, Kernel k, vec3 look, float gap) {\n"
+    "    float sum = 0.0;\n"
+    "    for (int j = 0; j < k.count.y; j++) {\n"
+    "        for (int i = 0; i < k.count.x; i++) {\n"
+    "            vec2 low = vec2(k.low + ivec2(i, j) * k.step) - look.xy;\n"
+    "            if (!blocks(v, k, low, look.z - depth_of(k, ivec2(i, j), v.face))) continue;\n"
+    "            if (lamp_misses(v, low + float(k.step) / 2.0, gap, float(k.step))) continue;\n"
+    "            sum += lamp_hidden(v, low / gap, (low + float(k.step)) / gap);\n"
+    "        }\n"
+    "    }\n"
+    "    return min(sum, 1.0);\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    View v; Kernel k;\n"
+    "    if (look.z == -1e30) return 1.0;\n"
+    "    if (!lamp_see(face, look, v)) return hard(look, face);\n"
+    "    if (!lamp_search(v, look, k)) return 1.0;\n"
+    "    lamp_thin(k, uint(words[1]));\n"
+    "    float gap = mean_blocker(v, k, look);\n"
+    "    if (gap < 0.0) return 1.0;\n"
+    "    gap = max(gap, v.least);\n"
+    "    if (!lamp_footprint(v, look.xy, gap, k)) return 1.0;\n"
+    "    lamp_thin(k, uint(words[1]));\n"
+    "    return 1.0 - filtered(v, k, look, gap);\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    pcss_state *pcss = state;
+    if (pcss->maps.light.point) return ss_light_maps_tables_hard(state, question);
+    pcss->maps.words[1] = (float)pcss->max_samples;
+    return ss_lamp_ask(&pcss->maps, pcss->lamp, pcss->pyramid, glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -164,6 +217,10 @@ const ss_technique ss_pcss = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = destroy,
     .bytes = bytes,
     .map_count = ss_light_maps_count,

@@ -16,6 +16,11 @@
  *   every fold of a closed body then cuts into the penumbra below the body. Here the silhouette
  * wins that is nearest to the light's centre, in light radii, as the texel's receiver sees it:
  * outside the surface in the map, inside the far plane. falloff=paper does as the paper.
+ * - In the paper light leaks where a silhouette folds back over its own body ("silhouette leakage
+ *   at shadow of base of left ear", figure 8): what passes the fold meets the body next to it, and
+ *   the equation does not know. Here b ends at that surface, and a fold that lets through less than
+ *   an outline further away gives way to it. Likewise.
+ * - The other builder, propagation from a depth image, is limit_propagate.c.
  * - Four texels of one occluder are interpolated, then equation 2. Where they are of different
  * ones, the paper brings g and b together (figure 7), which makes the shadow hard there; here
  * equation 2 is applied to each and the results are filtered. Likewise.
@@ -25,17 +30,9 @@
 
 #include "base/memory.h"
 #include "base/status.h"
-#include "technique/light_maps.h"
+#include "technique/limit.h"
 #include "technique/map_techniques.h"
-#include "technique/rim.h"
 
-/* A texel: the occluder's depth (SS_MAP_FAR: no penumbra here), the upper limit (above it is lit),
- * the lower limit (below it is dark), and the signed limit, q > 0 outside. */
-enum { LIMIT_C, LIMIT_G, LIMIT_B, LIMIT_Q, LIMIT_CHANNELS };
-
-/* Texels that ribbons are wider than the penumbra, so that what is interpolated at their rim is
- * saturated on both sides ([Lawlor06] 3.1: "a few extra pixels"). */
-#define RAISE    3
 #define SLOPE    1.5 /* texels: as for 2 x 2 comparisons */
 #define STEEPEST 16  /* as the hard shadow's */
 #define NEAR     4   /* h per unit of X: so steep a surface, 76 degrees, is still looked for */
@@ -46,128 +43,25 @@ typedef struct limit_state {
     bool paper;               /* its own way where occluders overlap: highest limit, figure 7 */
 } limit_state;
 
-/* ---- ribbons -------------------------------------------------------------------------------- */
-
-typedef struct ribbons {
-    const ss_light_maps *maps;
-    const ss_frame *frame;
-    const ss_rim *rim;
-    const float *depth; /* of this face */
-    float *texels, *key;
-    uint32_t side;
-    float per_texel; /* of distance, in h: the light's cone */
-    float near;      /* depths that differ by less may be one surface, seen a texel apart */
-    bool highest;    /* limit wins, as in the paper */
-} ribbons;
-
-static float depth_near(const ribbons *r, double x, double y) {
-    const double most = r->side - 1;
-    const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
-    const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
-    return r->depth[(size_t)row * r->side + column];
-}
-
-/* How far down the light gets past the silhouette at (x, y): the depth a little outside of it,
- * where its own surface has ended: one texel and a half away, or two and a half where a bend is
- * still in the way. Above c: something nearer hides the silhouette. */
-static float depth_outside(const ribbons *r, double x, double y, const double outwards[2]) {
-    const float near = depth_near(r, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
-    const float far = depth_near(r, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
-    return fmaxf(near, far);
-}
-
-/* Outside of the silhouette a texel counts only where its own surface lies below c (else that
- * surface hides the light), and only down to where the penumbra has not begun on it ([WH03] line
- * 4), raised as ribbons are. Within a texel of the edge snapping decides what covers the centre:
- * those count. */
-static bool outside_matters(const ribbons *r, float depth, float c, float q) {
-    if (q <= r->per_texel) return depth > c - r->near;
-    return depth > c && c + q < depth + RAISE * r->per_texel;
-}
-
-/* Whom a ribbon is for: outside, the surface in the map; inside, what is far below the occluder. */
-static float receiver_of(const ribbons *r, float depth, float c, float q) {
-    const float far = (float)r->frame->far_h, most = depth < far && q > 0 ? depth : far;
-    return most > c + r->near ? most : c + r->near;
-}
-
-static void offer(const ribbons *r, uint32_t x, uint32_t y, float c, float q, float open) {
-    const size_t at = (size_t)y * r->side + x;
-    float *texel = r->texels + at * LIMIT_CHANNELS;
-    if (open < c - r->near) return;
-    if (q > 0 && !outside_matters(r, r->depth[at], c, q)) return;
-    const float key =
-        r->highest ? c + fabsf(q) : fabsf(q) / (receiver_of(r, r->depth[at], c, q) - c);
-    if (!(key < r->key[at])) return;
-    r->key[at] = key;
-    texel[LIMIT_C] = c, texel[LIMIT_Q] = q, texel[LIMIT_B] = open;
-}
-
-static void shade_strip(const ribbons *r, const ss_raster_run *run) {
-    const ss_rim_edge *edge = &r->rim->edge[run->tag / SS_RIM_TAG];
-    const double right[2] = {edge->along[1], -edge->along[0]};
-    const double wide = ss_rim_stretch(&r->rim->vertex[edge->vertex[0]], right);
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float away = run->attribute[0][i], c = run->attribute[1][i];
-        const double foot = -wide * away;
-        const double x = run->x + i + 0.5 + foot * right[0], y = run->y + 0.5 + foot * right[1];
-        offer(r, run->x + i, run->y, c, away * r->per_texel, depth_outside(r, x, y, right));
-    }
-}
-
-/* Around a vertex; a whole disc (where more than two edges meet) is inside where the texel is
- * covered. */
-static void shade_corner(const ribbons *r, const ss_raster_run *run) {
-    const ss_rim_vertex *v = &r->rim->vertex[run->tag / SS_RIM_TAG];
-    const bool disc = run->tag & SS_RIM_DISC;
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float c = run->attribute[1][i], away = ss_rim_away(run, i);
-        const double dx = run->attribute[0][i], dy = run->attribute[2][i],
-                     length = sqrt(dx * dx + dy * dy);
-        bool inside = run->tag & SS_RIM_INSIDE;
-        if (disc) inside = r->depth[(size_t)run->y * r->side + run->x + i] < c + r->near;
-        const double sign = inside ? -1 : 1, per = length > 0 ? sign / length : 0;
-        const float open = depth_outside(r, v->x, v->y, (double[2]){dx * per, dy * per});
-        offer(r, run->x + i, run->y, c, (float)sign * away * r->per_texel, open);
-    }
-}
-
-static void shade(void *ctx, const ss_raster_run *run) {
-    if (run->tag & SS_RIM_CORNER)
-        shade_corner(ctx, run);
-    else
-        shade_strip(ctx, run);
-}
-
-/* The penumbra's half width at the farthest receiver, raised. */
-static double width(const void *ctx, const ss_rim_vertex *vertex) {
-    const ss_frame *frame = ctx;
-    return fmax(0, ss_frame_rate(frame) * (frame->far_h - vertex->h)) + RAISE;
-}
-
 /* ---- building ------------------------------------------------------------------------------- */
 
-/* Step 2: all silhouettes as ribbons. */
-static softshadow_status draw_ribbons(const ss_stage *stage, ribbons *r,
-                                      const ss_silhouette *found) {
-    const ss_rim_style style = {.width = width, .ctx = r->frame, .inside = true};
-    ss_rim rim;
-    ss_raster_triangle *triangles = NULL;
-    size_t count = 0;
-    softshadow_status status = ss_rim_build(&rim, stage, found, r->frame, r->side);
-    r->rim = &rim;
-    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
-    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, r->side, shade, r, stage->pool);
-    ss_free(triangles);
-    ss_rim_free(&rim);
-    return status;
+/* Inside, the surface that light past the silhouette ends on: what is below the texel; or what the
+ * light meets just outside of the silhouette, where that is far above the other. Of what passes
+ * between such a fold (at c and o) to a receiver far below only |q| / 2 (o - c) / ((z - c) (z - o))
+ * is left, and all of the penumbra's light would shine through the body. */
+static float floor_of(const ss_limit_face *f, size_t i, float here) {
+    const float *texel = f->texels + i * LIMIT_CHANNELS;
+    const float c = texel[LIMIT_C], open = texel[LIMIT_B], depth = f->depth[i];
+    if (f->highest || !(open - c < (here - c) / 2)) return here;
+    const float top = depth > c ? depth : c; /* what is lit stays so */
+    return (open > top ? open : top) + f->near;
 }
 
 /* Steps 1 and 3: the limits above and below. Outside: c, between which and the surface the equation
  * says lit of itself, and that surface. Inside: the occluder's own surface, and the front face that
  * light past the silhouette ends on: the first below half way there, as what lies nearer to c is
  * the occluder itself ([Lawlor06]: "throw away geometry above or near the occluder depth"). */
-static softshadow_status limit(const ss_stage *stage, ribbons *r) {
+static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
     const size_t n = (size_t)r->side * r->side;
     const float far = (float)r->frame->far_h;
     float *above = r->key, *lower = ss_alloc(n, sizeof *lower);
@@ -175,10 +69,15 @@ static softshadow_status limit(const ss_stage *stage, ribbons *r) {
     for (size_t i = 0; i < n; i++) {
         float *texel = r->texels + i * LIMIT_CHANNELS;
         const bool none = texel[LIMIT_C] == SS_MAP_FAR, outside = texel[LIMIT_Q] > r->per_texel;
-        const float open = texel[LIMIT_B] < far ? texel[LIMIT_B] : far;
-        above[i] = none || outside ? SS_MAP_FAR : fmaxf((texel[LIMIT_C] + open) / 2, r->depth[i]);
-        texel[LIMIT_G] = !none && texel[LIMIT_Q] > 0 ? texel[LIMIT_C] : r->depth[i];
-        texel[LIMIT_B] = outside ? r->depth[i] : SS_MAP_FAR;
+        const float c = texel[LIMIT_C], depth = r->depth[i];
+        const float open = texel[LIMIT_B] < far ? texel[LIMIT_B] : far, half = (c + open) / 2;
+        above[i] = none || outside ? SS_MAP_FAR : half > depth ? half : depth;
+        /* the edge may run beside the centre of an uncovered texel that is inside of it */
+        const bool past = depth >= half && depth > c + r->near && texel[LIMIT_Q] > -r->per_texel;
+        const bool covered = none || (texel[LIMIT_Q] <= 0 && !past);
+        texel[LIMIT_G] = covered ? depth : c;
+        if (outside) texel[LIMIT_B] = depth;
+        else if (!(above[i] < SS_MAP_FAR)) texel[LIMIT_B] = SS_MAP_FAR;
     }
     const ss_raster_casters casters = {.world = stage->world,
                                        .frame = r->frame,
@@ -189,7 +88,7 @@ static softshadow_status limit(const ss_stage *stage, ribbons *r) {
                                        .front_only = true};
     const softshadow_status status = stage->raster->peel(&casters, above, lower, stage->pool);
     for (size_t i = 0; i < n && !status; i++) {
-        if (above[i] < SS_MAP_FAR) r->texels[i * LIMIT_CHANNELS + LIMIT_B] = lower[i];
+        if (above[i] < SS_MAP_FAR) r->texels[i * LIMIT_CHANNELS + LIMIT_B] = floor_of(r, i, lower[i]);
     }
     ss_free(lower);
     return status;
@@ -201,39 +100,47 @@ static softshadow_status build_face(const ss_stage *stage, limit_state *state,
     const ss_frame *frame = &maps->frames.face[face];
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side;
-    ribbons r = {.maps = maps,
-                 .frame = frame,
-                 .depth = maps->depth + face * n,
-                 .side = side,
-                 .texels = maps->plane + face * n * LIMIT_CHANNELS,
-                 .per_texel = (float)(1 / ss_frame_rate(frame)),
-                 .highest = state->paper};
-    r.near = fminf(r.per_texel, (float)(NEAR * frame->texel));
+    ss_limit_face f = {.frame = frame,
+                       .depth = maps->depth + face * n,
+                       .texels = maps->plane + face * n * LIMIT_CHANNELS,
+                       .side = side,
+                       .per_texel = (float)(1 / ss_frame_rate(frame)),
+                       .highest = state->paper};
+    f.near = fminf(f.per_texel, (float)(NEAR * frame->texel));
     /* an edge may sink by four light cones a texel and still be one */
-    state->same[face] = 4 * r.near;
-    r.key = ss_alloc(n, sizeof *r.key);
-    if (!r.key) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
-    for (size_t i = 0; i < n; i++) {
-        r.key[i] = SS_MAP_FAR;
-        r.texels[i * LIMIT_CHANNELS + LIMIT_C] = SS_MAP_FAR;
+    state->same[face] = 4 * f.near;
+    f.key = ss_alloc(n, sizeof *f.key);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!f.key) status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
+    for (size_t i = 0; i < n && !status; i++) {
+        f.key[i] = SS_MAP_FAR;
+        f.texels[i * LIMIT_CHANNELS + LIMIT_C] = SS_MAP_FAR;
     }
-    softshadow_status status = draw_ribbons(stage, &r, found);
-    if (!status) status = limit(stage, &r);
-    ss_free(r.key);
+    if (!status) {
+        status = found ? ss_limit_ribbons(stage, &f, found) : ss_limit_propagate(stage, &f);
+    }
+    if (!status) status = limit(stage, &f);
+    ss_free(f.key);
     return status;
 }
 
-static softshadow_status draw(const ss_stage *stage, limit_state *state) {
+static softshadow_status draw(const ss_stage *stage, limit_state *state,
+                              const ss_silhouette *found) {
     ss_light_maps *maps = &state->maps;
+    softshadow_status status = ss_light_maps_add_plane(maps, "penumbra-limit", LIMIT_CHANNELS);
+    maps->channel_names = "c,g,b,q";
+    for (uint32_t face = 0; face < maps->frames.count && !status; face++) {
+        status = build_face(stage, state, found, face);
+    }
+    return status;
+}
+
+static softshadow_status draw_silhouettes(const ss_stage *stage, limit_state *state) {
     ss_silhouette found;
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
-    maps->silhouette_edges = found.count;
-    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-limit", LIMIT_CHANNELS);
-    maps->channel_names = "c,g,b,q";
-    for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
-        status = build_face(stage, state, &found, face);
-    }
+    state->maps.silhouette_edges = found.count;
+    if (found.count) status = draw(stage, state, &found);
     ss_silhouette_free(&found);
     return status;
 }
@@ -245,7 +152,10 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     if (status || stage->light->point) return status;
     limit_state *limits = *state;
     limits->paper = stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
-    if (limits->maps.frames.count) status = draw(stage, limits);
+    if (limits->maps.frames.count) {
+        status = stage->params->propagate ? draw(stage, limits, NULL)
+                                          : draw_silhouettes(stage, limits);
+    }
     if (status) ss_light_maps_destroy(limits), *state = NULL;
     return status;
 }
@@ -308,6 +218,47 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     }
 }
 
+/* words[1]: paper; word 0 of a face: same. A texel is c, g, b, q. */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL
+    "float equation_2(vec4 t, float z) {\n"
+    "    float gap = z - t.x, least = 4.76837158203125e-7 * abs(z);\n"
+    "    float l = clamp(0.5 + 0.5 * t.w / (gap > least ? gap : least), 0.0, 1.0);\n"
+    "    return z < t.y ? 1.0 : z < t.x || z > t.z ? 0.0 : l;\n"
+    "}\n"
+    "float alone(vec4 t, float z) {\n"
+    "    if (words[1] == 0.0 && t.x != 1e30) return equation_2(t, z);\n"
+    "    if (t.x < 1e30 && t.w > 0.0) return z > t.z ? 0.0 : 1.0;\n"
+    "    return z < t.y ? 1.0 : 0.0;\n"
+    "}\n"
+    "vec4 texel(uint at) {\n"
+    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + 3u]);\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = float(side()) - 1.5;\n"
+    "    uint right = side() > 1u ? 1u : 0u, up = right * side();\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    float u = low.x - float(cell.x), v = low.y - float(cell.y), z = look.z;\n"
+    "    uint at = base_of(face) + cell.y * side() + cell.x;\n"
+    "    vec4 a = texel(at), b = texel(at + right), c = texel(at + up), d = texel(at + up + right);\n"
+    "    vec4 w = vec4((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v);\n"
+    "    float spread = max(max(a.x, b.x), max(c.x, d.x)) - min(min(a.x, b.x), min(c.x, d.x));\n"
+    "    if (spread <= word(face, 0u) && a.x < 1e30) {\n"
+    "        return falloff_at(equation_2(w.x * a + w.y * b + w.z * c + w.w * d, z));\n"
+    "    }\n"
+    "    return falloff_at(w.x * alone(a, z) + w.y * alone(b, z) + w.z * alone(c, z) + w.w * alone(d, z));\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    limit_state *limits = state;
+    ss_light_maps *maps = &limits->maps;
+    maps->words[1] = limits->paper;
+    for (uint32_t i = 0; i < SS_MAP_FACES; i++) *ss_light_maps_words(maps, i) = limits->same[i];
+    return ss_light_maps_ask(maps, maps->plane ? glsl : ss_light_maps_hard_glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -325,14 +276,20 @@ const ss_technique ss_penumbra_limit = {
         "Exact along a straight edge of constant depth; at corners and where penumbrae overlap "
         "only "
         "the nearest silhouette counts. rect: taken as the disk of its area. Opacity textures make "
-        "holes in the shadow, not penumbrae.",
+        "holes in the shadow, not penumbrae, unless build.propagate takes silhouettes from the "
+        "depth image; edges are then known to a fraction of a texel only.",
     .needs = SS_NEEDS_SILHOUETTES,
+    .spared = SS_NEEDS_SILHOUETTES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ROUND,
     .lights_approximated = SS_LIGHTS_RECT,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

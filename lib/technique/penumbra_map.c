@@ -32,6 +32,9 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
+static const char glsl[] =
+    SS_OUTER_GLSL "float rise_of(float away, float blocker) { return away * words[0]; }\n";
+
 /* The cone's radius at the far plane: C_r = (Z_far - Z_v) L_r / Z_v, in texels. */
 static double cone_radius(const void *ctx, const ss_rim_vertex *vertex) {
     const ss_frame *frame = ctx;
@@ -43,7 +46,8 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_frame *frame = &maps->frames.face[face];
     const ss_rim_style style = {.width = cone_radius, .ctx = frame, .tangent = true};
     sheet s = {maps, face, (float)(1 / ss_frame_rate(frame))};
-    return ss_outer_paint(stage, maps, found, face, &style, shade, &s);
+    const ss_outer_pen pen = {shade, &s, glsl, {s.per_texel}};
+    return ss_outer_paint(stage, maps, found, face, &style, &pen);
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
@@ -64,6 +68,10 @@ const ss_technique ss_penumbra_map = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = ss_outer_query,
+    .query_glsl = ss_outer_glsl,
+    .tables = ss_outer_tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

@@ -361,6 +361,69 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     }
 }
 
+/* words[1] to [4]: paper, radius, is it a sphere, a sun. A face's: lift's 16, the light's centre, its
+ * normal. */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LIGHT_LIFT_GLSL
+    "float cut(uint face, vec3 from_end, vec3 to_end, vec3 point) {\n"
+    "    vec3 normal = word3(face, 19u);\n"
+    "    vec3 centre = words[4] != 0.0 ? normal : word3(face, 16u) - point;\n"
+    "    vec3 n = cross(point - from_end, to_end - from_end);\n"
+    "    float square = dot(n, n), r = words[2], reach = r;\n"
+    "    if (!(square > 0.0)) return -1.0;\n"
+    "    float s = dot(n, centre) * inversesqrt(square);\n"
+    "    if (words[1] == 0.0 && words[3] != 0.0) {\n"
+    "        float d = dot(centre, centre);\n"
+    "        reach = d > r * r ? r * sqrt(max(d - s * s, 0.0) / (d - r * r)) : 1e30;\n"
+    "    } else if (words[1] == 0.0) {\n"
+    "        float lean = dot(n, normal);\n"
+    "        reach = r * sqrt(max(1.0 - lean * lean / square, 0.0));\n"
+    "    }\n"
+    "    return s > 0.0 ? s < reach ? s / reach : 1.0 : s > -reach ? s / reach : -1.0;\n"
+    "}\n"
+    "float alone(uint face, uint at, vec3 look, vec3 point) {\n"
+    "    uint texel = at * 8u;\n"
+    "    if (!(look.z - planes[texel] > 4.76837158203125e-7 * abs(look.z))) {\n"
+    "        return depths[at] < look.z ? 0.0 : 1.0;\n"
+    "    }\n"
+    "    if (words[1] == 0.0 && look.z > planes[texel + 1u]) return 0.0;\n"
+    "    vec3 from = vec3(planes[texel + 2u], planes[texel + 3u], planes[texel + 4u]);\n"
+    "    vec3 to = vec3(planes[texel + 5u], planes[texel + 6u], planes[texel + 7u]);\n"
+    "    return falloff_at(cut(face, from, to, point) / 2.0 + 0.5);\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = side() > 1u ? float(side()) - 1.5 : 0.0;\n"
+    "    uint right = side() > 1u ? 1u : 0u, up = right * side();\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    vec2 share = low - vec2(cell);\n"
+    "    if (look.z == -1e30) return 1.0;\n"
+    "    vec3 point = lift(face, look);\n"
+    "    uint a = base_of(face) + cell.y * side() + cell.x;\n"
+    "    float first = alone(face, a, look, point), second = alone(face, a + right, look, point);\n"
+    "    float third = alone(face, a + up, look, point), last = alone(face, a + up + right, look, point);\n"
+    "    float below = first + share.x * (second - first), above = third + share.x * (last - third);\n"
+    "    return below + share.y * (above - below);\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    volume_state *volume = state;
+    ss_light_maps *maps = &volume->maps;
+    const ss_light *light = &maps->light;
+    if (!maps->plane) return ss_light_maps_tables_hard(state, question);
+    maps->words[1] = volume->paper, maps->words[2] = (float)volume->radius;
+    maps->words[3] = light->type == SOFTSHADOW_SPHERE, maps->words[4] = light->type == SOFTSHADOW_SUN;
+    for (uint32_t i = 0; i < maps->frames.count; i++) {
+        float *words = ss_light_maps_words(maps, i);
+        ss_light_maps_lift_words(&maps->frames.face[i], words);
+        for (int k = 0; k < 3; k++) {
+            words[16 + k] = (float)light->centre[k], words[19 + k] = (float)light->normal[k];
+        }
+    }
+    return ss_light_maps_ask(maps, glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -386,6 +449,10 @@ const ss_technique ss_penumbra_volume = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

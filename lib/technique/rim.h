@@ -71,6 +71,14 @@ static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
     return square > 0 ? square / sqrtf(square + lean * lean) : 0;
 }
 
+/* The same as text, for offers (raster.h, ss_raster_ink). */
+#define SS_RIM_GLSL \
+    "float rim_away(uint tag, vec4 varied) {\n" \
+    "    float square = varied.x * varied.x + varied.z * varied.z;\n" \
+    "    if ((tag & 1u) == 0u) return varied.x;\n" \
+    "    return square > 0.0 ? square / sqrt(square + varied.w * varied.w) : 0.0;\n" \
+    "}\n"
+
 /* The triangles, to be freed with ss_free; *count of them. */
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
                                   ss_raster_triangle **triangles, size_t *count);

@@ -130,7 +130,7 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
     const uint32_t side = maps->frames.resolution;
     const ss_raster_casters casters = {
         .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
-    softshadow_status status = ss_raster_cpu.depth(&casters, first, stage->pool);
+    softshadow_status status = stage->raster->depth(&casters, first, stage->pool);
     for (size_t i = 0; i < (size_t)side * side; i++) {
         above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
     }
@@ -217,6 +217,37 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     }
 }
 
+/* word 0 of a face: its rate. */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL
+    "float inner_of(uint at, float h, float rate) {\n"
+    "    float gap = h - planes[at], inside = planes[at + 1u];\n"
+    "    if (!(gap > 0.0)) return 1.0;\n"
+    "    if (!(gap > 4.76837158203125e-7 * abs(h))) return 0.0;\n"
+    "    float open = 1.0 - inside / (rate * gap);\n"
+    "    return open > 0.0 ? open < 1.0 ? open : 1.0 : 0.0;\n"
+    "}\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    float most = side() > 1u ? float(side()) - 1.5 : 0.0, rate = word(face, 0u);\n"
+    "    uint right = side() > 1u ? 2u : 0u, up = right * side();\n"
+    "    vec2 low = look.xy - 0.5;\n"
+    "    low.x = low.x > 0.0 ? low.x < most ? low.x : most : 0.0;\n"
+    "    low.y = low.y > 0.0 ? low.y < most ? low.y : most : 0.0;\n"
+    "    uvec2 cell = uvec2(low);\n"
+    "    vec2 share = low - vec2(cell);\n"
+    "    uint a = (base_of(face) + cell.y * side() + cell.x) * 2u;\n"
+    "    float below = (1.0 - share.x) * inner_of(a, look.z, rate) +\n"
+    "                  share.x * inner_of(a + right, look.z, rate);\n"
+    "    float above = (1.0 - share.x) * inner_of(a + up, look.z, rate) +\n"
+    "                  share.x * inner_of(a + up + right, look.z, rate);\n"
+    "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    single_state *single = state;
+    for (uint32_t i = 0; i < SS_MAP_FACES; i++) *ss_light_maps_words(&single->maps, i) = single->rate[i];
+    return ss_light_maps_ask(&single->maps, single->maps.plane ? glsl : ss_light_maps_hard_glsl, question);
+}
+
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
@@ -240,6 +271,10 @@ const ss_technique ss_single_sample = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = query,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

@@ -39,6 +39,12 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
+/* words: per_texel; texel / t, 0: by the light; D. */
+static const char glsl[] = SS_OUTER_GLSL
+    "float rise_of(float away, float blocker) {\n"
+    "    return words[1] == 0.0 ? away * words[0] : away * words[1] * (words[2] - blocker);\n"
+    "}\n";
+
 /* t, in texels. By the light R / b: all the way to a receiver at infinity in perspective, to the far
  * receivers under a sun. Beyond those nothing is asked. */
 static double width(const void *ctx, const ss_rim_vertex *vertex) {
@@ -56,7 +62,12 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
                   frame->inverse > 0 ? given / frame->inverse : given * stage->world->scale,
                   (float)(1 / ss_frame_rate(frame))};
     const ss_rim_style style = {.width = width, .ctx = &s, .average = true};
-    return ss_outer_paint(stage, maps, found, face, &style, shade, &s);
+    const bool by_light = s.wide == 0 || frame->inverse == 0;
+    const ss_outer_pen pen = {
+        shade, &s, glsl,
+        {s.per_texel, by_light ? 0 : (float)(frame->texel / s.wide),
+         by_light ? 0 : (float)(1 / frame->inverse)}};
+    return ss_outer_paint(stage, maps, found, face, &style, &pen);
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
@@ -77,6 +88,10 @@ const ss_technique ss_smoothie = {
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
     .query = ss_outer_query,
+    .query_glsl = ss_outer_glsl,
+    .tables = ss_outer_tables,
+    .look = ss_light_maps_look,
+    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

@@ -28,7 +28,7 @@ enum {
 /* The build as asked, every default filled in, lengths in the host's unit. */
 typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */
-    uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed;
+    uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed, propagate;
     uint32_t bounded;      /* are bounds given? */
     double tolerance, depth_bias, smoothie_width;
     uint64_t points_ahead; /* that the host told of */
@@ -68,7 +68,7 @@ typedef struct ss_counts {
 
 typedef struct ss_technique {
     const char *name, *title, *cite, *notes;
-    uint32_t needs;
+    uint32_t needs, spared; /* spared: what of it params->propagate makes needless */
     uint32_t bound_kind;
     uint32_t lights_native, lights_approximated; /* bit per light type */
     uint32_t weightings;                         /* bit per weighting */
@@ -92,7 +92,8 @@ typedef struct ss_technique {
      * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes points to
      * where it starts from; `horizon` adds to its answers what no map knows, and counts. */
     const char *query_glsl;
-    bool (*tables)(void *state, struct ss_raster_question *question); /* false: query() knows all */
+    /* Sets question->glsl to NULL where query() needs no map. */
+    softshadow_status (*tables)(void *state, struct ss_raster_question *question);
     void (*look)(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
     void (*horizon)(const void *state, const ss_point *points, size_t n, float *visibility,
                     float *bound, ss_counts *counts);

@@ -1,7 +1,7 @@
 /* Shadow rays by Embree 3. based on: [WWB14] (Embree), [WBW13] (its watertight test, "robust").
  *
  * ROBUST, because without it 8 % of random rays leak through a mesh far from the origin; HIGH build
- * quality and the incoherent flag, because sixteen rays to an area light spread. One device a world:
+ * quality, because many rays are asked of one tree. One device a world:
  * two handles never share errors, memory counts or locks. The device string stays empty: `threads=`
  * would throttle every user of TBB in the process. */
 #include "trace/rays.h"
@@ -324,7 +324,7 @@ static uint32_t ended(const ss_segments *segments, const int lanes[16]) {
 }
 
 uint32_t ss_rays_blocked(const ss_rays *rays, ss_segments *segments, uint32_t valid,
-                         const uint32_t *ignored, size_t ignored_count) {
+                         bool coherent, const uint32_t *ignored, size_t ignored_count) {
     if (!rays->scene) return 0;
     _Alignas(64) int lanes[16];
     mask_lanes(segments, valid, lanes);
@@ -332,6 +332,7 @@ uint32_t ss_rays_blocked(const ss_rays *rays, ss_segments *segments, uint32_t va
     memset(segments->kept[0], 0xff, sizeof segments->kept[0]); /* the mask all geometry answers to */
     question asked = {.world = rays->world, .ignored = ignored, .ignored_count = ignored_count};
     rtcInitIntersectContext(&asked.context);
+    if (coherent) asked.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (ignored_count > 0 || rays->world->any_opacity) asked.context.filter = filter;
     rays->rtc->Occluded16(lanes, rays->scene, &asked.context,
                           (struct RTCRay16 *)(void *)segments);

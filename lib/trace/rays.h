@@ -29,8 +29,9 @@ typedef struct ss_segments {
 
 /* Which of the lanes in `valid` are blocked, as bits. Triangles in `ignored` (few) never block, nor
  * do spots that an opacity texture leaves open. Changes t_end. A lane that is not finite, or 1e18 and
- * beyond, is answered "not blocked" (Embree would abort the process). */
+ * beyond, is answered "not blocked" (Embree would abort the process). coherent: the lanes pass the same
+ * few boxes of the tree; up to 40 % faster if they do, up to 60 % slower if not. */
 uint32_t ss_rays_blocked(const ss_rays *rays, ss_segments *segments, uint32_t valid,
-                         const uint32_t *ignored, size_t ignored_count);
+                         bool coherent, const uint32_t *ignored, size_t ignored_count);
 
 #endif

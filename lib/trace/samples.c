@@ -18,6 +18,7 @@ struct ss_samples {
     bool disk;
     ss_sequence sequence;
     float *x, *y;         /* spiral on a disk: cosine, sine; lattice: both coordinates */
+    float *rank;          /* spiral: number along it */
     uint32_t *bits_x, *bits_y; /* Sobol', before scrambling */
 };
 
@@ -45,45 +46,117 @@ static uint32_t sobol_second(uint32_t i) {
     return bits;
 }
 
-static void fill(ss_samples *samples) {
-    for (uint32_t i = 0; i < samples->padded; i++) {
+/* ---- Packets: the sets are cut like a k-d tree, so that sixteen samples lie close together. Turning,
+ * shifting and scrambling keep most of that. ---- */
+
+typedef struct sample {
+    float at[2];
+    uint32_t rank;
+} sample;
+
+static void swap(sample *a, sample *b) {
+    const sample kept = *a;
+    *a = *b, *b = kept;
+}
+
+/* Moves the `wanted` samples that are lowest along the axis to the front. */
+static void select_lowest(sample *all, uint32_t count, uint32_t wanted, int axis) {
+    uint32_t low = 0, high = count;
+    while (high - low > 1) {
+        const float pivot = all[low + (high - low) / 2].at[axis];
+        uint32_t below = low, i = low, above = high;
+        while (i < above) {
+            if (all[i].at[axis] < pivot) swap(&all[i++], &all[below++]);
+            else if (all[i].at[axis] > pivot) swap(&all[i], &all[--above]);
+            else i++;
+        }
+        if (wanted < below) high = below;
+        else if (wanted > above) low = above;
+        else return;
+    }
+}
+
+static int longer_axis(const sample *all, uint32_t count) {
+    float low[2] = {all->at[0], all->at[1]}, high[2] = {all->at[0], all->at[1]};
+    for (uint32_t i = 1; i < count; i++) {
+        for (int k = 0; k < 2; k++) {
+            low[k] = fminf(low[k], all[i].at[k]), high[k] = fmaxf(high[k], all[i].at[k]);
+        }
+    }
+    return high[1] - low[1] > high[0] - low[0];
+}
+
+/* All packets but the last are full. */
+static void pack(sample *all, uint32_t count) {
+    while (count > 16) {
+        const uint32_t lower = (count + 15) / 16 / 2 * 16;
+        select_lowest(all, count, lower, longer_axis(all, count));
+        pack(all, lower);
+        all += lower, count -= lower;
+    }
+}
+
+/* Where sample i of the set lies before it is turned, shifted or scrambled. */
+static sample place(const ss_samples *samples, uint32_t i) {
+    const double turns = i * GOLDEN - floor(i * GOLDEN);
+    const double radius = sqrt((i + 0.5) / samples->count);
+    if (samples->sequence == SS_SOBOL) {
+        return (sample){{(float)reversed(i), (float)sobol_second(i)}, i};
+    }
+    if (!samples->disk) return (sample){{(float)((double)i / samples->count), (float)turns}, i};
+    return (sample){{(float)(radius * cos(TAU * turns)), (float)(radius * sin(TAU * turns))}, i};
+}
+
+static void fill(ss_samples *samples, sample *order) {
+    for (uint32_t i = 0; i < samples->count; i++) order[i] = place(samples, i);
+    pack(order, samples->count);
+    for (uint32_t k = 0; k < samples->padded; k++) {
+        const uint32_t i = order[k < samples->count ? k : samples->count - 1].rank;
         if (samples->sequence == SS_SOBOL) {
-            samples->bits_x[i] = reversed(i), samples->bits_y[i] = sobol_second(i);
+            samples->bits_x[k] = reversed(i), samples->bits_y[k] = sobol_second(i);
             continue;
         }
         const double turns = i * GOLDEN - floor(i * GOLDEN);
-        samples->x[i] = (float)(samples->disk ? cos(TAU * turns) : (double)i / samples->count);
-        samples->y[i] = (float)(samples->disk ? sin(TAU * turns) : turns);
+        samples->x[k] = (float)(samples->disk ? cos(TAU * turns) : (double)i / samples->count);
+        samples->y[k] = (float)(samples->disk ? sin(TAU * turns) : turns);
+        if (samples->rank) samples->rank[k] = (float)i;
     }
+}
+
+static bool reserve(ss_samples *samples) {
+    const size_t n = samples->padded;
+    if (samples->sequence == SS_SOBOL) {
+        samples->bits_x = ss_alloc(n, sizeof(uint32_t)), samples->bits_y = ss_alloc(n, sizeof(uint32_t));
+        return samples->bits_x && samples->bits_y;
+    }
+    samples->x = ss_alloc(n, sizeof(float)), samples->y = ss_alloc(n, sizeof(float));
+    if (samples->disk) samples->rank = ss_alloc(n, sizeof(float));
+    return samples->x && samples->y && (samples->rank || !samples->disk);
 }
 
 softshadow_status ss_samples_create(ss_samples **out, uint32_t count, bool disk,
                                     ss_sequence sequence) {
     *out = NULL;
     ss_samples *samples = ss_alloc(1, sizeof *samples);
-    if (samples) {
+    sample *order = ss_alloc(count, sizeof *order);
+    if (samples && order) {
         const size_t padded = ((size_t)count + 15) / 16 * 16;
         *samples = (ss_samples){.count = count, .padded = (uint32_t)padded, .disk = disk,
                                 .sequence = sequence};
-        if (sequence == SS_SOBOL) {
-            samples->bits_x = ss_alloc(padded, sizeof(uint32_t));
-            samples->bits_y = ss_alloc(padded, sizeof(uint32_t));
-        } else {
-            samples->x = ss_alloc(padded, sizeof(float)), samples->y = ss_alloc(padded, sizeof(float));
-        }
-        if (samples->x ? samples->y != NULL : samples->bits_x && samples->bits_y) {
-            fill(samples);
+        if (reserve(samples)) {
+            fill(samples, order);
             *out = samples;
-            return SOFTSHADOW_OK;
         }
     }
+    ss_free(order);
+    if (*out) return SOFTSHADOW_OK;
     ss_samples_destroy(samples);
     return ss_fail(SOFTSHADOW_E_MEMORY, "samples: out of memory for %u of them", count);
 }
 
 void ss_samples_destroy(ss_samples *samples) {
     if (!samples) return;
-    ss_free(samples->x), ss_free(samples->y);
+    ss_free(samples->x), ss_free(samples->y), ss_free(samples->rank);
     ss_free(samples->bits_x), ss_free(samples->bits_y);
     ss_free(samples);
 }
@@ -91,7 +164,7 @@ void ss_samples_destroy(ss_samples *samples) {
 uint32_t ss_samples_count(const ss_samples *samples) { return samples->count; }
 
 size_t ss_samples_bytes(const ss_samples *samples) {
-    return sizeof *samples + (size_t)samples->padded * 2 * sizeof(float);
+    return sizeof *samples + (size_t)samples->padded * (samples->rank ? 3 : 2) * sizeof(float);
 }
 
 static float fraction(uint32_t bits) { return (float)(bits >> 8) * 0x1p-24f; }
@@ -107,11 +180,12 @@ ss_turn ss_samples_turn(uint64_t hash) {
 static void spiral(const ss_samples *samples, const ss_turn *turn, uint32_t first,
                    float s[restrict 16], float t[restrict 16]) {
     const float *restrict x = samples->x + first, *restrict y = samples->y + first;
+    const float *restrict rank = samples->rank + first;
     const float share = 1 / (float)samples->count;
     const float cosine = turn->cosine, sine = turn->sine, shift = turn->x;
     for (int i = 0; i < 16; i++) {
-        const float area = ((float)(int)(first + (uint32_t)i) + shift) * share;
-        const float radius = sqrtf(area < 1 ? area : 1); /* padding lanes pass the rim */
+        const float area = (rank[i] + shift) * share;
+        const float radius = sqrtf(area < 1 ? area : 1); /* rounding may pass the rim */
         s[i] = radius * (cosine * x[i] - sine * y[i]);
         t[i] = radius * (sine * x[i] + cosine * y[i]);
     }
@@ -122,7 +196,7 @@ static void lattice(const ss_samples *samples, const ss_turn *turn, uint32_t fir
     const float *restrict x = samples->x + first, *restrict y = samples->y + first;
     const float shift_x = turn->x, shift_y = turn->y;
     for (int i = 0; i < 16; i++) {
-        const float u = x[i] + shift_x, v = y[i] + shift_y; /* below 2, padding lanes below 3 */
+        const float u = x[i] + shift_x, v = y[i] + shift_y; /* below 2 */
         s[i] = 2 * (u - (float)(int)u) - 1;
         t[i] = 2 * (v - (float)(int)v) - 1;
     }

@@ -30,8 +30,8 @@ typedef struct ss_turn {
 } ss_turn;
 ss_turn ss_samples_turn(uint64_t hash);
 
-/* Samples first .. first + 15 (first a multiple of 16); those from count on are copies of nothing in
- * particular, inside the light: mask them. */
+/* Samples first .. first + 15 (first a multiple of 16), which lie close together on the light; those from
+ * count on are copies of the last: mask them. */
 void ss_samples_get(const ss_samples *samples, const ss_turn *turn, uint32_t first, float s[16],
                     float t[16]);
 

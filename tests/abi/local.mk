@@ -51,3 +51,9 @@ TESTS += $(contracts)
 %C%_memory_CFLAGS = $(EXPORTING) -fexceptions
 %C%_memory_LDFLAGS = -export-dynamic
 endif
+
+# make check-threads: the tests in which threads meet, under ThreadSanitizer, in a build of their own.
+EXTRA_DIST += %D%/threads.sh %D%/threads.supp
+check-threads:
+	@srcdir='$(abs_srcdir)' $(SHELL) $(srcdir)/%D%/threads.sh
+.PHONY: check-threads

@@ -2,6 +2,7 @@
 """The bench measures what it says it does: on scenes that take a second, against what must hold."""
 import csv
 import os
+import re
 import struct
 import subprocess
 
@@ -51,6 +52,19 @@ class Bench(Case):
         self.assertLess(rms["raytrace"], 1 / 32)
         if "hard" in rms:  # no penumbra at all: a uniform one would be off by 1 / sqrt(12)
             self.assertTrue(0.1 < rms["hard"] < 0.6, rms)
+
+    def test_rays(self):
+        out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--rays",
+                                    "64", "--side", "24", "--repeat", "3")).decode()
+        rows = re.findall(r"^  (all|not lit) +(\d+) points, +([\d.]+) rays each: raytrace +([\d.]+)  "
+                          r"robust peer +([\d.]+)  ratio +([\d.]+)  plain peer +([\d.]+)  ratio +"
+                          r"([\d.]+)$", out, re.M)
+        self.assertEqual([row[0] for row in rows], ["all", "not lit"], out)
+        self.assertEqual(int(rows[0][1]), 24 * 24)
+        self.assertTrue(0 < int(rows[1][1]) < int(rows[0][1]))
+        self.assertEqual(float(rows[1][2]), 64, "every ray is shot where something hides the light")
+        for row in rows:
+            self.assertTrue(all(float(number) > 0 for number in row[1:]), row)
 
     def test_what_is_not_there(self):
         out = self.good(self.run_it("bench", "--scenes", "dragon-11k", "--models", self.folder,

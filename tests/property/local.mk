@@ -37,7 +37,7 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia
+map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
@@ -48,6 +48,8 @@ TESTS += $(map_proofs)
 %C%_maps_figure10_LDADD = $(PROOF_LIBS)
 %C%_maps_cournia_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_cournia_LDADD = $(PROOF_LIBS)
+%C%_maps_limit_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_limit_LDADD = $(PROOF_LIBS)
 endif
 
 # The same on a GPU: Mesa's llvmpipe does as one.

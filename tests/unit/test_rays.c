@@ -23,24 +23,29 @@ static void one_quad(stand *s, const softshadow_options *options) {
     raise_stand(s, options);
 }
 
-static void blocks_what_is_between(void **unused) {
-    (void)unused;
+static void between(bool coherent) {
     stand s = {0};
     one_quad(&s, NULL);
     ss_segments up = upwards(0.2f, -0.5f); /* |x| <= 1.5: lanes 3..12 pass below the quad */
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0x1ff8);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0x1ff8);
     up = upwards(0.2f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0x00f0, NULL, 0), 0x00f0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0x00f0, coherent, NULL, 0), 0x00f0);
     up = upwards(0.2f, 0.5f); /* beyond it */
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0);
     up = upwards(0.2f, -0.5f); /* too short */
     for (int i = 0; i < 16; i++) up.t_end[i] = 0.25f;
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0);
     up = upwards(0.2f, -0.5f); /* begins behind it */
     for (int i = 0; i < 16; i++) up.t_begin[i] = 0.75f;
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0);
     assert_true(ss_rays_bytes(s.rays) > 0);
     fold_stand(&s);
+}
+
+static void blocks_what_is_between(void **unused) {
+    (void)unused;
+    between(false);
+    between(true);
 }
 
 static void ignores_what_it_is_told(void **unused) {
@@ -49,12 +54,12 @@ static void ignores_what_it_is_told(void **unused) {
     one_quad(&s, NULL);
     const uint32_t both[2] = {0, 1};
     ss_segments up = upwards(0.1f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, both, 2), 0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, both, 2), 0);
     /* y = 0.01: triangle 0 (corner, +a, +a+b) is hit where x > y. */
     up = upwards(0.1f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, both, 1), 0x00ff);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, both, 1), 0x00ff);
     up = upwards(0.1f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, both + 1, 1), 0xff00);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, both + 1, 1), 0xff00);
     fold_stand(&s);
 }
 
@@ -74,13 +79,12 @@ static void sees_through_a_texture(void **unused) {
     assert_int_equal(ss_scene_add_mesh(&s.scene, &mesh, &id), SOFTSHADOW_OK);
     raise_stand(&s, NULL);
     ss_segments up = upwards(0.1f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0x00ff);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, NULL, 0), 0x00ff);
     fold_stand(&s);
 }
 
 /* Debian's Embree aborts the process on each of these. */
-static void survives_wild_segments(void **unused) {
-    (void)unused;
+static void wild_segments(bool coherent) {
     stand s = {0};
     one_quad(&s, NULL);
     const float wild[] = {NAN, INFINITY, -INFINITY, 1.9e18f, -3e38f};
@@ -89,19 +93,25 @@ static void survives_wild_segments(void **unused) {
             ss_segments up = upwards(0.1f, -0.5f);
             float *fields[6] = {up.ox, up.oy, up.oz, up.dx, up.dy, up.dz};
             fields[field][3] = wild[w];
-            assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0xffff & ~8);
+            assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0xffff & ~8);
         }
     }
     for (int w = 0; w < 4; w++) {
         ss_segments up = upwards(0.1f, -0.5f);
         const float begin[4] = {NAN, -1, 20, 0}, end[4] = {10, 10, 10, NAN};
         up.t_begin[5] = begin[w], up.t_end[5] = end[w];
-        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0xffff & ~32);
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0xffff & ~32);
     }
     ss_segments up = upwards(0.1f, -0.5f); /* the sun is infinitely far */
     for (int i = 0; i < 16; i++) up.t_end[i] = INFINITY;
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0xffff);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, coherent, NULL, 0), 0xffff);
     fold_stand(&s);
+}
+
+static void survives_wild_segments(void **unused) {
+    (void)unused;
+    wild_segments(false);
+    wild_segments(true);
 }
 
 static void run_serially(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t), void *ctx) {
@@ -121,7 +131,7 @@ static void commits_on_any_scheduler(void **unused) {
         one_quad(&s, &options);
         assert_int_equal(calls > 0, threads > 2);
         ss_segments up = upwards(0.2f, -0.5f);
-        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0x1ff8);
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, NULL, 0), 0x1ff8);
         fold_stand(&s);
     }
 }
@@ -131,7 +141,7 @@ static void nothing_casts(void **unused) {
     stand s = {0};
     raise_stand(&s, NULL);
     ss_segments up = upwards(0.2f, -0.5f);
-    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, NULL, 0), 0);
+    assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, false, NULL, 0), 0);
     fold_stand(&s);
 }
 
@@ -194,7 +204,7 @@ static void no_ray_leaks(void **unused) {
             for (int k = 0; k < 3; k++) d[k][i] = (float)(2 * chance(&state) - 1);
             all.t_end[i] = INFINITY;
         }
-        assert_int_equal(ss_rays_blocked(s.rays, &all, 0xffff, NULL, 0), 0xffff);
+        assert_int_equal(ss_rays_blocked(s.rays, &all, 0xffff, r & 1, NULL, 0), 0xffff);
     }
     fold_stand(&s);
 }

@@ -129,12 +129,65 @@ static void sobol_is_a_net(void **unused) {
     ss_samples_destroy(samples);
 }
 
+/* The boxes of all packets together cover little more than the light. */
+static void packets_lie_close(void **unused) {
+    (void)unused;
+    const uint32_t counts[] = {61, 992, 1024, 5000};
+    for (int kind = 0; kind < 4; kind++) {
+        for (int c = 0; c < 4; c++) {
+            ss_samples *samples;
+            const uint32_t count = counts[c];
+            assert_int_equal(ss_samples_create(&samples, count, kind & 1, (ss_sequence)(kind >> 1)),
+                             SOFTSHADOW_OK);
+            const ss_turn still = {.cosine = 1};
+            double area = 0;
+            for (uint32_t first = 0; first < count; first += 16) {
+                float s[16], t[16], low[2] = {2, 2}, high[2] = {-2, -2};
+                ss_samples_get(samples, &still, first, s, t);
+                for (uint32_t i = 0; i < 16 && first + i < count; i++) {
+                    low[0] = fminf(low[0], s[i]), high[0] = fmaxf(high[0], s[i]);
+                    low[1] = fminf(low[1], t[i]), high[1] = fmaxf(high[1], t[i]);
+                }
+                area += (double)(high[0] - low[0]) * (high[1] - low[1]);
+            }
+            print_message("%u samples, kind %d: boxes of packets cover %.2f lights\n", count, kind,
+                          area / (kind & 1 ? PI : 4));
+            /* A set along its own order: 16 samples of a spiral or lattice reach all over the light,
+             * so that 4 packets cover some 4 of it and 312 packets hundreds. */
+            if (!(kind >> 1)) assert_true(area / (kind & 1 ? PI : 4) < 1.3);
+            ss_samples_destroy(samples);
+        }
+    }
+}
+
+/* A set in packets is still the whole set. */
+static void no_sample_is_lost(void **unused) {
+    (void)unused;
+    enum { COUNT = 992 };
+    ss_samples *samples;
+    assert_int_equal(ss_samples_create(&samples, COUNT, true, SS_SPIRAL), SOFTSHADOW_OK);
+    const ss_turn still = {.cosine = 1, .x = 0.5f};
+    int ring[COUNT] = {0};
+    for (uint32_t first = 0; first < COUNT; first += 16) {
+        float s[16], t[16];
+        ss_samples_get(samples, &still, first, s, t);
+        for (int i = 0; i < 16; i++) {
+            const double area = (double)s[i] * s[i] + (double)t[i] * t[i];
+            ring[(int)(area * COUNT)]++; /* half a ring from either neighbour: floats suffice */
+        }
+    }
+    for (int i = 0; i < COUNT; i++) assert_int_equal(ring[i], 1);
+    ss_samples_destroy(samples);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(inside_the_light),
         cmocka_unit_test(better_than_chance),
         cmocka_unit_test(no_sample_is_biased),
         cmocka_unit_test(sobol_is_a_net),
+        cmocka_unit_test(packets_lie_close),
+        cmocka_unit_test(no_sample_is_lost),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

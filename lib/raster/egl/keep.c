@@ -188,7 +188,7 @@ static void hand_back(const keeping *k) {
     const uint32_t first = ordered(k->ink->first_key);
     for (size_t i = 0; i < texels_of(k); i++) {
         if (bits[i] == first) continue;
-        k->ink->keep(k->ink->ctx, (uint32_t)(i % side), (uint32_t)(i / side), unordered(bits[i]),
+        k->ink->keep(k->ink->keep_ctx, (uint32_t)(i % side), (uint32_t)(i / side), unordered(bits[i]),
                      k->value[i]);
     }
 }

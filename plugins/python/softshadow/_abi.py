@@ -64,7 +64,8 @@ class softshadow_build(Structure):
                 ("max_samples", c_uint32), ("falloff", c_uint32), ("weighting", c_uint32),
                 ("mask_taps", c_uint32), ("blur", c_uint32), ("seed", c_uint32),
                 ("tolerance", c_double), ("depth_bias", c_double), ("smoothie_width", c_double),
-                ("bounds", POINTER(c_double)), ("points_ahead", c_uint64)]
+                ("bounds", POINTER(c_double)), ("propagate", c_uint32),
+                ("points_ahead", c_uint64)]
 
 
 class softshadow_points(Structure):

@@ -284,7 +284,7 @@ class Scene:
               resolution: int = 0, layers: int = 0, max_samples: int = 0, falloff: str = "disk",
               weighting: str = "uniform", mask_taps: int = 0, blur: bool = False, seed: int = 0,
               tolerance: float = 0, depth_bias: float = 0, smoothie_width: float = 0,
-              bounds: Any = None, points_ahead: int = 0) -> None:
+              bounds: Any = None, propagate: bool = False, points_ahead: int = 0) -> None:
         """Prepares a method for the scene and its lights; builds again only what has become stale.
 
         Every default is the library's.
@@ -304,6 +304,7 @@ class Scene:
         depth_bias      length, for methods that compare depths; 0: their own
         smoothie_width  tangent units; 0: R/b
         bounds          6 numbers: min x y z, max x y z of all points to be asked; None: anywhere
+        propagate       of "penumbra-limit": from the depth image instead of from silhouettes
         points_ahead    about how many points will be asked in all while the meshes stay; 0: unknown.
                         Many make "auto" spend time on coarser levels of dense meshes
 
@@ -318,7 +319,7 @@ class Scene:
         struct.weighting = _buffers.choice(weighting, "weighting", _abi.WEIGHTINGS)
         numbers = dict(samples=samples, resolution=resolution, layers=layers,
                        max_samples=max_samples, mask_taps=mask_taps, blur=blur, seed=seed,
-                       points_ahead=points_ahead)
+                       propagate=propagate, points_ahead=points_ahead)
         for name, number in numbers.items():
             setattr(struct, name, _buffers.whole(number, name))
         struct.tolerance = _buffers.real(tolerance, "tolerance")

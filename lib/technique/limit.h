@@ -1,0 +1,44 @@
+/* What a penumbra limit map holds, and its two builders. */
+#ifndef SS_TECHNIQUE_LIMIT_H
+#define SS_TECHNIQUE_LIMIT_H
+
+#include <math.h>
+
+#include "technique/light_maps.h"
+#include "technique/rim.h"
+
+/* A texel: the occluder's depth (SS_MAP_FAR: no penumbra here), the upper limit (above it is lit),
+ * the lower limit (below it is dark), and the signed limit, q > 0 outside. While it is built LIMIT_B
+ * is how far down the light gets past the silhouette. */
+enum { LIMIT_C, LIMIT_G, LIMIT_B, LIMIT_Q, LIMIT_CHANNELS };
+
+/* Texels that ribbons are wider than the penumbra, so that what is interpolated at their rim is
+ * saturated on both sides ([Lawlor06] 3.1: "a few extra pixels"). */
+#define SS_LIMIT_RAISE 3
+
+/* One face while it is built. */
+typedef struct ss_limit_face {
+    const ss_frame *frame;
+    const float *depth; /* of this face: the hard shadow's */
+    float *texels;      /* of this face */
+    float *key;         /* a texel: how good what it holds is, less is better */
+    uint32_t side;
+    float per_texel; /* of distance, in h: the light's cone */
+    float near;      /* depths that differ by less may be one surface, seen a texel apart */
+    bool highest;    /* limit wins, as in the paper */
+} ss_limit_face;
+
+/* Whether a silhouette at depth c and limit q has anything to say to a texel, and how good it is;
+ * INFINITY: nothing. open: how far down the light gets past it. */
+float ss_limit_key(const ss_limit_face *face, size_t texel, float c, float q, float open);
+
+/* How far down the light gets past a silhouette at (x, y). */
+float ss_limit_open(const ss_limit_face *face, double x, double y, const double outwards[2]);
+
+/* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. */
+softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
+                                   const ss_silhouette *found);
+/* The same from nothing but a depth image. */
+softshadow_status ss_limit_propagate(const ss_stage *stage, ss_limit_face *face);
+
+#endif
