@@ -61,17 +61,23 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Keeps the `room` smallest: the list is cut, never chosen by the order of the walk. */
-static void keep(uint32_t *triangles, size_t room, size_t *stored, uint32_t triangle) {
+/* Keeps the `room` smallest, as a heap with the largest of them at the root: the list is cut, never
+ * chosen by the order of the walk. */
+static void keep(uint32_t *heap, size_t room, size_t *stored, uint32_t triangle) {
     if (*stored < room) {
-        triangles[(*stored)++] = triangle;
+        size_t at = (*stored)++;
+        for (; at > 0 && heap[(at - 1) / 2] < triangle; at = (at - 1) / 2) heap[at] = heap[(at - 1) / 2];
+        heap[at] = triangle;
         return;
     }
-    size_t most = 0;
-    for (size_t i = 1; i < room; i++) {
-        if (triangles[i] > triangles[most]) most = i;
+    if (room == 0 || triangle > heap[0]) return;
+    size_t at = 0;
+    for (size_t child = 1; child < room; child = 2 * at + 1) {
+        if (child + 1 < room && heap[child + 1] > heap[child]) child++;
+        if (heap[child] <= triangle) break;
+        heap[at] = heap[child], at = child;
     }
-    if (room && triangle < triangles[most]) triangles[most] = triangle;
+    heap[at] = triangle;
 }
 
 size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,

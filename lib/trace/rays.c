@@ -19,6 +19,7 @@
 #include "base/process.h"
 #include "base/status.h"
 #include "config.h"
+#include "trace/distinct.h"
 
 #define EACH_FUNCTION(X) \
     X(NewDevice) X(ReleaseDevice) X(GetDeviceError) X(SetDeviceErrorFunction) \
@@ -39,6 +40,9 @@ struct ss_rays {
     const ss_world *world;
     RTCDevice device;
     RTCScene scene; /* NULL: nothing casts */
+    uint32_t *numbers;  /* of Embree's triangles in the world; NULL: the same */
+    uint32_t *indices;  /* corners of those */
+    size_t count;       /* of those */
     _Atomic int64_t bytes;
     bool committing; /* set while no other thread is about */
     pthread_mutex_t lock; /* guards error and message: builds report from several threads */
@@ -150,7 +154,7 @@ static bool on_memory(void *user, ssize_t bytes, bool post) {
 /* What a commit takes at its peak: 85 to 113 bytes a triangle for grids and soups of 128 to 524,288,
  * by Embree 3.13's own count. */
 static softshadow_status see_memory_coming(const ss_rays *rays) {
-    const size_t triangles = rays->world->triangle_count;
+    const size_t triangles = rays->count;
     if (can_have(128 * triangles + (64 << 10))) return SOFTSHADOW_OK;
     return ss_fail(SOFTSHADOW_E_MEMORY, "ray tracing: out of memory for Embree's tree of %zu triangles",
                    triangles);
@@ -172,6 +176,19 @@ static softshadow_status commit_body(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
+static softshadow_status leave_copies_out(ss_rays *rays) {
+    const ss_world *world = rays->world;
+    const softshadow_status status = ss_distinct_find(world, &rays->numbers, &rays->count);
+    if (status || !rays->numbers) return status;
+    rays->indices = ss_alloc(3 * rays->count, sizeof *rays->indices);
+    if (!rays->indices) return ss_fail(SOFTSHADOW_E_MEMORY, "ray tracing: out of memory");
+    for (size_t i = 0; i < rays->count; i++) {
+        memcpy(rays->indices + 3 * i, world->indices + 3 * (size_t)rays->numbers[i],
+               3 * sizeof *rays->indices);
+    }
+    return SOFTSHADOW_OK;
+}
+
 static void attach_triangles(ss_rays *rays) {
     const embree *rtc = rays->rtc;
     const ss_world *world = rays->world;
@@ -181,7 +198,8 @@ static void attach_triangles(ss_rays *rays) {
     rtc->SetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                  world->vertices, 0, 3 * sizeof(float), world->vertex_count);
     rtc->SetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                 world->indices, 0, 3 * sizeof(uint32_t), world->triangle_count);
+                                 rays->indices ? rays->indices : world->indices, 0,
+                                 3 * sizeof(uint32_t), rays->count);
     rtc->CommitGeometry(geometry);
     rtc->AttachGeometry(rays->scene, geometry);
     rtc->ReleaseGeometry(geometry);
@@ -197,12 +215,14 @@ static softshadow_status build(ss_rays *rays, ss_pool *pool) {
     rtc->SetDeviceErrorFunction(rays->device, on_error, rays);
     rtc->SetDeviceMemoryMonitorFunction(rays->device, on_memory, rays);
     if (rays->world->triangle_count == 0) return SOFTSHADOW_OK;
+    softshadow_status status = leave_copies_out(rays);
+    if (status) return status;
     rays->scene = rtc->NewScene(rays->device);
     if (!rays->scene) return failure_of(rays);
     rtc->SetSceneFlags(rays->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtc->SetSceneBuildQuality(rays->scene, RTC_BUILD_QUALITY_HIGH);
     attach_triangles(rays);
-    softshadow_status status = failure_of(rays);
+    status = failure_of(rays);
     if (!status) status = see_memory_coming(rays);
     if (status) return status;
     rays->committing = true;
@@ -242,12 +262,14 @@ void ss_rays_destroy(ss_rays *rays) {
         if (rays->device) rays->rtc->ReleaseDevice(rays->device);
     }
     pthread_mutex_destroy(&rays->lock);
+    ss_free(rays->numbers), ss_free(rays->indices);
     ss_free(rays);
 }
 
 size_t ss_rays_bytes(const ss_rays *rays) {
     const int64_t bytes = atomic_load(&rays->bytes);
-    return sizeof *rays + (size_t)(bytes > 0 ? bytes : 0);
+    const size_t own = rays->numbers ? rays->world->triangle_count + 3 * rays->count : 0;
+    return sizeof *rays + own * sizeof(uint32_t) + (size_t)(bytes > 0 ? bytes : 0);
 }
 
 /* ---- Asking ---- */
@@ -255,6 +277,7 @@ size_t ss_rays_bytes(const ss_rays *rays) {
 typedef struct question {
     struct RTCIntersectContext context; /* first: Embree hands it to the filter */
     const ss_world *world;
+    const uint32_t *numbers; /* as in ss_rays */
     const uint32_t *ignored;
     size_t ignored_count;
 } question;
@@ -275,9 +298,10 @@ static void filter(const struct RTCFilterFunctionNArguments *arguments) {
     const unsigned *triangles = (const unsigned *)(const void *)arguments->hit + 5 * n;
     for (unsigned i = 0; i < n; i++) {
         if (arguments->valid[i] == 0) continue;
-        if (is_ignored(asked, triangles[i]) ||
+        const uint32_t triangle = asked->numbers ? asked->numbers[triangles[i]] : triangles[i];
+        if (is_ignored(asked, triangle) ||
             (asked->world->any_opacity &&
-             !ss_world_opaque_at(asked->world, triangles[i], u[i], v[i]))) {
+             !ss_world_opaque_at(asked->world, triangle, u[i], v[i]))) {
             arguments->valid[i] = 0;
         }
     }
@@ -330,7 +354,8 @@ uint32_t ss_rays_blocked(const ss_rays *rays, ss_segments *segments, uint32_t va
     mask_lanes(segments, valid, lanes);
     memset(segments->kept_time, 0, sizeof segments->kept_time);
     memset(segments->kept[0], 0xff, sizeof segments->kept[0]); /* the mask all geometry answers to */
-    question asked = {.world = rays->world, .ignored = ignored, .ignored_count = ignored_count};
+    question asked = {.world = rays->world, .numbers = rays->numbers, .ignored = ignored,
+                      .ignored_count = ignored_count};
     rtcInitIntersectContext(&asked.context);
     if (coherent) asked.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (ignored_count > 0 || rays->world->any_opacity) asked.context.filter = filter;

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "base/process.h"
+#include "trace/distinct.h"
 
 /* From a place straight up, each lane at an own x. */
 static ss_segments upwards(float step, float z) {
@@ -114,6 +115,73 @@ static void survives_wild_segments(void **unused) {
     wild_segments(true);
 }
 
+/* A triangle in front, a thousand copies of one behind it, wound in every way, and another. */
+static void add_copies(stand *s, const softshadow_texture *opacity) {
+    enum { COPIES = 1000 };
+    const float at[][3] = {{-1, -1, -0.25f}, {1, -1, -0.25f}, {0, 1, -0.25f}, {-1, -1, 0}, {1, -1, 0},
+                           {0.0f, 1, 0},     {-1, -1, 0.5f},  {1, -1, 0.5f},  {0, 1, 0.5f}, {-0.0f, 1, -0.0f}};
+    static const float uvs[10][2] = {{0}};
+    static const uint32_t ways[6][3] = {{3, 4, 5}, {4, 5, 3}, {5, 3, 4}, {4, 3, 9}, {3, 9, 4}, {9, 4, 3}};
+    uint32_t indices[COPIES + 2][3] = {{0, 1, 2}};
+    for (int i = 0; i < COPIES; i++) memcpy(indices[1 + i], ways[i % 6], sizeof ways[0]);
+    for (uint32_t k = 0; k < 3; k++) indices[COPIES + 1][k] = 6 + k;
+    softshadow_mesh mesh = SOFTSHADOW_MESH_INIT;
+    uint32_t id;
+    mesh.positions = at, mesh.vertex_count = 10, mesh.indices = &indices[0][0];
+    mesh.triangle_count = COPIES + 2;
+    if (opacity) mesh.uvs = &uvs[0][0], mesh.opacity = *opacity, mesh.opacity_threshold = 0.5f;
+    assert_int_equal(ss_scene_add_mesh(&s->scene, &mesh, &id), SOFTSHADOW_OK);
+}
+
+static void leaves_copies_out(void **unused) {
+    (void)unused;
+    stand s = {0}, single = {0};
+    add_copies(&s, NULL);
+    raise_stand(&s, NULL);
+    one_quad(&single, NULL);
+    uint32_t *numbers;
+    size_t count;
+    assert_int_equal(ss_distinct_find(s.world, &numbers, &count), SOFTSHADOW_OK);
+    assert_int_equal(count, 3);
+    assert_int_equal(numbers[0], 0);
+    assert_int_equal(numbers[1], 1);
+    assert_int_equal(numbers[2], 1001);
+    ss_free(numbers);
+    assert_int_equal(ss_distinct_find(single.world, &numbers, &count), SOFTSHADOW_OK);
+    assert_null(numbers);
+    assert_int_equal(count, 2);
+    /* Triangles keep the world's numbers: of three before the rays the last two are named. */
+    const uint32_t few[2] = {1, 1001}, more[3] = {0, 1, 1001};
+    for (int i = 0; i < 2; i++) {
+        ss_segments up = upwards(0.01f, -0.5f);
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, i, few, 2), 0xffff);
+        up = upwards(0.01f, -0.125f); /* beyond the first */
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, i, few, 1), 0xffff);
+        up = upwards(0.01f, -0.125f);
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, i, few, 2), 0);
+        up = upwards(0.01f, -0.5f);
+        assert_int_equal(ss_rays_blocked(s.rays, &up, 0xffff, i, more, 3), 0);
+    }
+    fold_stand(&single);
+    fold_stand(&s);
+}
+
+/* Copies may be cut out in other places. */
+static void keeps_copies_with_a_texture(void **unused) {
+    (void)unused;
+    const uint8_t texel = 255;
+    stand s = {0};
+    const softshadow_texture opacity = {1, 1, &texel};
+    add_copies(&s, &opacity);
+    raise_stand(&s, NULL);
+    uint32_t *numbers;
+    size_t count;
+    assert_int_equal(ss_distinct_find(s.world, &numbers, &count), SOFTSHADOW_OK);
+    assert_null(numbers);
+    assert_int_equal(count, 1002);
+    fold_stand(&s);
+}
+
 static void run_serially(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t), void *ctx) {
     ++*(int *)user;
     for (uint64_t i = n; i > 0; i--) body(ctx, i - 1, i);
@@ -216,6 +284,7 @@ int main(void) {
         cmocka_unit_test(commits_on_any_scheduler), cmocka_unit_test(nothing_casts),
         cmocka_unit_test(says_what_is_missing), cmocka_unit_test(refuses_in_a_forked_child),
         cmocka_unit_test(no_ray_leaks),
+        cmocka_unit_test(leaves_copies_out), cmocka_unit_test(keeps_copies_with_a_texture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
