@@ -3,6 +3,7 @@
 #include <softshadow.h>
 #include <string.h>
 
+#include "backends.h"
 #include "commands.h"
 #include "light.h"
 #include "mesh/mesh.h"
@@ -13,7 +14,7 @@
 enum { LIGHTS = 64 };
 
 typedef struct info {
-    bool json;
+    bool json, backends;
     const char *light_texts[LIGHTS];
     softshadow_light lights[LIGHTS];
     uint32_t light_count;
@@ -218,11 +219,13 @@ int cli_info(int argc, char **argv) {
     const cli_option own[] = {
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &in, .take = take_light,
          .help = "count the silhouette edges seen from the centre of this light; repeatable"},
+        {.name = "backends", .kind = CLI_FLAG, .into = &in.backends,
+         .help = "what builds and answers here: the CPU, a GPU, or why not; no mesh"},
         {.name = "json", .kind = CLI_FLAG, .into = &in.json, .help = "as JSON, for programs"},
         {0}};
     const cli_command command = {
         .name = "info",
-        .usage = "MESH... [--light L] [--json]",
+        .usage = "MESH... [--light L] [--json] | --backends",
         .about = "Counts what meshes (OBJ, PLY, STL, OFF) are made of, after vertices in the same\n"
                  "place were taken as one, and whether they are closed. L is\n" CLI_LIGHT_FORMS ".",
         .tables = {own},
@@ -231,6 +234,16 @@ int cli_info(int argc, char **argv) {
     int count, status;
     cli_error error;
     if (!cli_options_parse(&command, argc, argv, &paths, &count, &status)) return status;
+    if (in.backends) {
+        if (count) {
+            cli_fail(&error, CLI_USAGE, "--backends: no mesh is allowed beside it");
+            return cli_options_complain("info", &error);
+        }
+        cli_backends(&in.text, in.json);
+        status = print(&in, 0);
+        cli_text_free(&in.text);
+        return status;
+    }
     if (count == 0) {
         cli_fail(&error, CLI_USAGE, "a mesh is missing; OBJ, PLY, STL and OFF files are allowed");
         return cli_options_complain("info", &error);

@@ -20,6 +20,7 @@ libcli_la_LIBADD =
 bin_PROGRAMS += softshadow
 softshadow_SOURCES = \
   %D%/main.c %D%/commands.h \
+  %D%/backends.c %D%/backends.h \
   %D%/info.c \
   %D%/maps.c \
   %D%/methods.c

@@ -113,6 +113,9 @@ bool cli_scene_print_stats(const cli_scene *scene, bool json, cli_error *error) 
                             : "method            %14s\nbackend           %14s\n"
                               "build_seconds     %14.3f\nquery_seconds     %14.3f\n";
     fprintf(stderr, head, method, backend, s.build_seconds, s.query_seconds);
+    const char *copies = json ? ", \"upload_seconds\": %.6f, \"download_seconds\": %.6f"
+                              : "upload_seconds    %14.3f\ndownload_seconds  %14.3f\n";
+    if (strcmp(backend, "egl") == 0) fprintf(stderr, copies, s.upload_seconds, s.download_seconds);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         fprintf(stderr, json ? ", \"%s\": %llu" : "%-18s%14llu\n", rows[i].name,
                 (unsigned long long)rows[i].value);

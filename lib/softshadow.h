@@ -83,7 +83,16 @@ enum { SOFTSHADOW_F32 = 0, SOFTSHADOW_F64 };
 /* light type */
 enum { SOFTSHADOW_SPHERE = 0, SOFTSHADOW_DISK, SOFTSHADOW_RECT, SOFTSHADOW_SUN };
 
-/* backend: where maps are built and asked. ANY: the GPU if there is one, else the CPU. */
+/* backend: where maps are built and asked.
+ *   CPU  every method
+ *   EGL  the methods that work from maps, on a GPU that is found without a display. It is never used
+ *        unless asked for. One thread of the library's own has the context, which is made once a
+ *        process; a context of the host's stays as it is. Answers are those of the CPU within a few
+ *        texels' share of the light, and the same from run to run on one device. The environment's
+ *        SOFTSHADOW_EGL_DEVICE chooses the device by its number. Not in a child of fork() whose
+ *        parent has used it.
+ *   ANY  EGL where the method, the device and its memory allow it, else the CPU: the log is told why,
+ *        once a handle, and softshadow_stats has what it was */
 enum { SOFTSHADOW_CPU = 0, SOFTSHADOW_EGL, SOFTSHADOW_ANY };
 
 /* weighting: how much each part of the light counts.
@@ -250,6 +259,8 @@ typedef struct softshadow_stats {
     const char *method_used, *backend_used;
     uint64_t points_settled;   /* answered for a whole group at once: nothing between it and the light */
     uint64_t lod_triangles;    /* triangles of coarser levels at hand; 0: none was used */
+    double upload_seconds, download_seconds; /* of build and queries, spent on copies to the GPU and
+                                                back; of queries the sum over threads */
 } softshadow_stats;
 
 /* One plane of what was built, to look at or to use on a GPU. Valid until the next build. Depths of
@@ -271,7 +282,17 @@ typedef struct softshadow_method {
     uint32_t lights_native;     /* bit (1 << SOFTSHADOW_SPHERE) ... : exactly as the method means it */
     uint32_t lights_approximated; /* likewise: by a stand-in, see notes */
     const char *notes;
+    uint32_t backends;          /* bit (1 << SOFTSHADOW_CPU) ... : where it runs */
 } softshadow_method;
+
+/* Something that builds and answers. */
+typedef struct softshadow_backend {
+    uint32_t struct_size;
+    softshadow_status status;   /* SOFTSHADOW_OK: here it is; else what a build would answer */
+    const char *name;           /* "cpu", "egl" */
+    const char *device, *version; /* in the driver's words; "": none */
+    const char *why;            /* it is not here; "" if it is */
+} softshadow_backend;
 
 /* What a mesh is made of, after vertices in the same place were taken as one. */
 typedef struct softshadow_mesh_report {
@@ -329,6 +350,7 @@ template <class T> inline T softshadow_init_of_() {
 #define SOFTSHADOW_STATS_INIT SOFTSHADOW_INIT_(softshadow_stats)
 #define SOFTSHADOW_MAP_INIT SOFTSHADOW_INIT_(softshadow_map)
 #define SOFTSHADOW_METHOD_INIT SOFTSHADOW_INIT_(softshadow_method)
+#define SOFTSHADOW_BACKEND_INIT SOFTSHADOW_INIT_(softshadow_backend)
 #define SOFTSHADOW_MESH_REPORT_INIT SOFTSHADOW_INIT_(softshadow_mesh_report)
 #define SOFTSHADOW_EXPLANATION_INIT SOFTSHADOW_INIT_(softshadow_explanation)
 
@@ -430,6 +452,12 @@ SOFTSHADOW_API softshadow_status softshadow_get_map(const softshadow *handle, ui
 /* The methods this library has, in a fixed order; needs no handle. */
 SOFTSHADOW_API softshadow_status softshadow_method_count(uint32_t *count);
 SOFTSHADOW_API softshadow_status softshadow_method_info(uint32_t index, softshadow_method *method);
+
+/* Looks whether a backend can be had; needs no handle. For SOFTSHADOW_EGL this makes the context that
+ * builds use, once a process: tens of milliseconds and megabytes.
+ *   backend  SOFTSHADOW_CPU or SOFTSHADOW_EGL; another: E_ARGUMENT
+ *   info     out; its strings are valid until the thread's next call of this */
+SOFTSHADOW_API softshadow_status softshadow_backend_info(uint32_t backend, softshadow_backend *info);
 
 /* Counts what a mesh is made of. Works before any build. Errors: E_ARGUMENT, E_MEMORY, E_STATE. */
 SOFTSHADOW_API softshadow_status softshadow_mesh_info(softshadow *handle, uint32_t mesh_id,

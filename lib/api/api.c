@@ -360,6 +360,8 @@ static void sum_up(softshadow *handle, softshadow_stats *stats) {
     stats->points_penumbra = totals.counts.penumbra;
     stats->points_traced = totals.counts.traced, stats->points_settled = totals.counts.settled;
     stats->rays = totals.counts.rays;
+    stats->upload_seconds = totals.build_copies.up + totals.counts.up;
+    stats->download_seconds = totals.build_copies.down + totals.counts.down;
     if (!built->ready) return;
     stats->triangles = built->world->triangle_count;
     pthread_mutex_lock(&handle->lod_lock);
@@ -453,6 +455,7 @@ softshadow_status softshadow_method_info(uint32_t index, softshadow_method *give
         method.bound_kind = technique->bound_kind;
         method.lights_native = technique->lights_native;
         method.lights_approximated = technique->lights_approximated;
+        method.backends = 1u << SOFTSHADOW_CPU | (technique->query_glsl ? 1u << SOFTSHADOW_EGL : 0);
     } else {
         status = ss_fail(SOFTSHADOW_E_ARGUMENT, "index: %u, must be below %u", index,
                          ss_technique_count);
@@ -460,6 +463,26 @@ softshadow_status softshadow_method_info(uint32_t index, softshadow_method *give
     const softshadow_status copied =
         ss_struct_out("method", given, &method, sizeof method, SIZE_1_0(softshadow_method));
     return status ? status : copied;
+}
+
+softshadow_status softshadow_backend_info(uint32_t backend, softshadow_backend *given) {
+    static _Thread_local ss_raster_device device;
+    static _Thread_local char why[SS_MESSAGE_SIZE];
+    ss_fpu fpu;
+    ss_fpu_enter(&fpu);
+    ss_message_clear();
+    message_owner = NULL;
+    ss_process_watch();
+    softshadow_backend info = SOFTSHADOW_BACKEND_INIT;
+    info.status = ss_plan_backend(backend, &info.name, &device);
+    strcpy(why, ss_message());
+    info.device = device.name, info.version = device.version, info.why = why;
+    if (info.status != SOFTSHADOW_E_ARGUMENT) ss_message_clear();
+    softshadow_status status =
+        ss_struct_out("info", given, &info, sizeof info, SIZE_1_0(softshadow_backend));
+    if (info.status == SOFTSHADOW_E_ARGUMENT) status = info.status;
+    ss_fpu_leave(&fpu);
+    return status;
 }
 
 softshadow_status softshadow_mesh_info(softshadow *handle, uint32_t mesh_id,

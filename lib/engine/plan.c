@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/cpu.h"
 #include "base/process.h"
 #include "base/status.h"
 #include "base/vec.h"
@@ -116,6 +117,21 @@ void ss_plan_spare(ss_plan *plan) {
     plan->raster = &ss_raster_cpu;
     snprintf(plan->why, sizeof plan->why, "%s", ss_message());
     ss_message_clear();
+}
+
+softshadow_status ss_plan_backend(uint32_t backend, const char **name, ss_raster_device *device) {
+    static const ss_raster *const all[] = {[SOFTSHADOW_CPU] = &ss_raster_cpu,
+                                           [SOFTSHADOW_EGL] = &ss_raster_egl};
+    *device = (ss_raster_device){"", ""};
+    *name = "";
+    if (backend >= sizeof all / sizeof *all) {
+        return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                       "backend: %u, must be SOFTSHADOW_CPU or SOFTSHADOW_EGL", backend);
+    }
+    *name = all[backend]->name;
+    if (all[backend]->open) return all[backend]->open(device);
+    snprintf(device->name, sizeof device->name, "%s", ss_rung_name(ss_cpu_rung()));
+    return SOFTSHADOW_OK;
 }
 
 static uint32_t or_default(uint32_t value, uint32_t otherwise) { return value ? value : otherwise; }

@@ -20,6 +20,8 @@ typedef struct ss_plan {
 softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
                                const ss_scene *scene);
 
+/* Is the backend here? On failure this thread's message says why not. */
+softshadow_status ss_plan_backend(uint32_t backend, const char **name, ss_raster_device *device);
 /* Takes the CPU instead, because of this thread's message. */
 void ss_plan_spare(ss_plan *plan);
 

@@ -89,7 +89,8 @@ class softshadow_stats(Structure):
                 ("points_traced", c_uint64), ("points_bad", c_uint64), ("rays", c_uint64),
                 ("map_bytes", c_uint64), ("peak_bytes", c_uint64), ("method_used", c_char_p),
                 ("backend_used", c_char_p), ("points_settled", c_uint64),
-                ("lod_triangles", c_uint64)]
+                ("lod_triangles", c_uint64), ("upload_seconds", c_double),
+                ("download_seconds", c_double)]
 
 
 class softshadow_map(Structure):
@@ -102,7 +103,12 @@ class softshadow_map(Structure):
 class softshadow_method(Structure):
     _fields_ = [("struct_size", c_uint32), ("name", c_char_p), ("title", c_char_p),
                 ("citation", c_char_p), ("bound_kind", c_uint32), ("lights_native", c_uint32),
-                ("lights_approximated", c_uint32), ("notes", c_char_p)]
+                ("lights_approximated", c_uint32), ("notes", c_char_p), ("backends", c_uint32)]
+
+
+class softshadow_backend(Structure):
+    _fields_ = [("struct_size", c_uint32), ("status", c_int32), ("name", c_char_p),
+                ("device", c_char_p), ("version", c_char_p), ("why", c_char_p)]
 
 
 class softshadow_mesh_report(Structure):
@@ -125,7 +131,7 @@ class softshadow_explanation(Structure):
 
 STRUCTS = (softshadow_options, softshadow_texture, softshadow_mesh, softshadow_light,
            softshadow_build, softshadow_points, softshadow_error, softshadow_stats, softshadow_map,
-           softshadow_method, softshadow_mesh_report, softshadow_explanation)
+           softshadow_method, softshadow_backend, softshadow_mesh_report, softshadow_explanation)
 
 _handle, _status, _id = c_void_p, c_int32, POINTER(c_uint32)
 
@@ -151,6 +157,7 @@ FUNCTIONS: Dict[str, Tuple[Any, List[Any]]] = {
     "softshadow_get_map": (_status, [_handle, c_uint32, POINTER(softshadow_map)]),
     "softshadow_method_count": (_status, [POINTER(c_uint32)]),
     "softshadow_method_info": (_status, [c_uint32, POINTER(softshadow_method)]),
+    "softshadow_backend_info": (_status, [c_uint32, POINTER(softshadow_backend)]),
     "softshadow_mesh_info": (_status, [_handle, c_uint32, POINTER(softshadow_mesh_report)]),
     "softshadow_explain": (_status, [_handle, POINTER(softshadow_explanation)]),
 }

@@ -46,6 +46,8 @@ class Stats:
     backend_used: str
     points_settled: int  #: answered for a whole group at once
     lod_triangles: int  #: triangles of coarser levels at hand; 0: none was used
+    upload_seconds: float  #: of build and queries, spent on copies to the GPU
+    download_seconds: float  #: and back
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,7 @@ class Method:
     bound                what its error bound means: "none", "certified" or "statistical"
     lights_native        of "sphere", "disk", "rect", "sun": exactly as the method means it
     lights_approximated  likewise, by a stand-in that notes tells
+    backends             where it runs: "cpu", "egl"
     """
 
     name: str
@@ -97,6 +100,17 @@ class Method:
     lights_native: Tuple[str, ...]
     lights_approximated: Tuple[str, ...]
     notes: str
+    backends: Tuple[str, ...] = ("cpu",)
+
+
+@dataclass(frozen=True)
+class Backend:
+    """Something that builds and answers. why is empty where it can be had."""
+
+    name: str  #: "cpu" or "egl"
+    device: str
+    version: str
+    why: str
 
 
 @dataclass(frozen=True)
@@ -162,4 +176,10 @@ def method_of(struct: Any) -> Method:
     return Method(_abi.text(struct.name), _abi.text(struct.title), _abi.text(struct.citation),
                   _abi.BOUNDS[kind] if kind < len(_abi.BOUNDS) else "unknown",
                   _lights(struct.lights_native), _lights(struct.lights_approximated),
-                  _abi.text(struct.notes))
+                  _abi.text(struct.notes),
+                  tuple(name for i, name in enumerate(_abi.BACKENDS) if struct.backends >> i & 1))
+
+
+def backend_of(struct: Any) -> Backend:
+    return Backend(*(_abi.text(getattr(struct, name))
+                     for name in ("name", "device", "version", "why")))

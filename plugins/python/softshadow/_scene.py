@@ -40,6 +40,16 @@ def methods() -> List[_results.Method]:
     return found
 
 
+def backends() -> List[_results.Backend]:
+    """What builds and answers: the CPU and the GPU, and why not. Makes the GPU's context."""
+    found = []
+    for index in range(2):
+        backend = _abi.sized(_abi.softshadow_backend)
+        _check(library.softshadow_backend_info(index, byref(backend)), None)
+        found.append(_results.backend_of(backend))
+    return found
+
+
 def primitive(mesh_id: int, triangle: int) -> int:
     """The number by which points and hiders name a triangle: mesh_id << 32 | triangle."""
     return _buffers.whole(mesh_id, "mesh_id") << 32 | _buffers.whole(triangle, "triangle")
