@@ -11,6 +11,7 @@
 #include "../numbers.h"
 #include "../options.h"
 #include "../output.h"
+#include "backends.h"
 #include "bench.h"
 #include "figure10.h"
 #include "report.h"
@@ -26,6 +27,8 @@ typedef struct request {
     bool light_given, quick, calibrate, figure10_given;
     bool small, medium, object; /* lights */
     bool camera, scattered;
+    uint32_t backend;
+    cli_text backend_times;
     report report;
 } request;
 
@@ -140,6 +143,8 @@ static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
         return true;
     }
     if (r->options.rays) return bench_rays(cell, &r->options, error);
+    if (r->backend == SOFTSHADOW_EGL)
+        return bench_backends(cell, &r->options, r->times, &r->backend_times, error);
     return bench_measure(cell, &r->options, &result, error) &&
            report_cell(&r->report, cell, &r->options, &result, error);
 }
@@ -238,6 +243,7 @@ static void complete(request *r, int files) {
 
 int cli_bench(int argc, char **argv) {
     request r = {.options = {.threads = 1, .side = 512, .truth_points = 4096, .truth_samples = 16384}};
+    static const char *const backends[] = {"cpu", "egl", NULL};
     bench_options *o = &r.options;
     char about[1024];
     snprintf(about, sizeof about,
@@ -253,6 +259,8 @@ int cli_bench(int argc, char **argv) {
          .help = "time every other method, too, with its defaults"},
         {.name = "rays", .kind = CLI_UINT, .argument = "N", .into = &o->rays, .low = 16, .high = 4096,
          .help = "only this: raytrace of N samples against Embree at equal rays"},
+        {.name = "backend", .kind = CLI_CHOICE, .into = &r.backend, .choices = backends,
+         .help = "egl: only the methods that run on the GPU, there and on the CPU (cpu)"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
@@ -309,7 +317,7 @@ int cli_bench(int argc, char **argv) {
         return cli_options_flush("bench");
     }
     complete(&r, count);
-    if (o->threads == 1) pin();
+    if (o->threads == 1 && r.backend == SOFTSHADOW_CPU) pin(); /* a GPU has threads of its own */
     if (!all_scenes(&r, files, count, &error)) return cli_options_complain("bench", &error);
     return cli_options_flush("bench");
 }

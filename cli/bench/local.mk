@@ -1,5 +1,6 @@
 # softshadow bench. Its scenes are those of the tests.
 softshadow_SOURCES += \
+  %D%/backends.c %D%/backends.h \
   %D%/command.c %D%/bench.h %D%/clock.h \
   %D%/brute.c %D%/brute.h \
   %D%/figure10.c %D%/figure10.h tests/figure10.c tests/figure10.h \
