@@ -44,6 +44,7 @@ typedef struct ss_frames {
     int8_t face_of[SS_MAP_FACES]; /* cube: the frame of direction 2 axis + (negative), -1: none */
     double axes[3][3], centre[3]; /* cube: its axes, and the light */
     double radius;                /* the light's, in the measure of rate */
+    int rung;                     /* base/cpu.h: how points are looked up */
 } ss_frames;
 
 /* What the fit goes by. Both boxes local. With `margin` the map reaches a penumbra's width beyond where
@@ -101,6 +102,7 @@ typedef struct ss_looks {
     uint32_t base[SS_LOOKS]; /* texels before the point's face */
     uint8_t face[SS_LOOKS];
     const ss_point *points; /* the same as they were given */
+    double nearest; /* the least squared distance of any of them to the light; INFINITY: a sun */
 } ss_looks;
 void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out);
 

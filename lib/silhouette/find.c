@@ -106,7 +106,7 @@ static bool uniform(const ss_silhouette_node *node, const ss_eye *eye) {
     }
     const double distance = sqrt(square), cosine = fabs(along) / distance;
     const double sine = sqrt(fmax(0, 1 - cosine * cosine));
-    const double least = cosine * cosf(node->angle) - sine * sinf(node->angle) - MARGIN;
+    const double least = cosine * node->cosine - sine * node->sine - MARGIN;
     return least * distance > (eye->w ? node->radius : 0);
 }
 

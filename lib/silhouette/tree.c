@@ -170,6 +170,7 @@ static void close_node(ss_silhouette_node *node, const gathering *g, double angl
     place_sphere(node, g);
     for (int k = 0; k < 3; k++) node->axis[k] = (float)g->axis[k];
     node->angle = g->vague ? (float)M_PI : (float)angle + 1e-6f;
+    node->cosine = cosf(node->angle), node->sine = sinf(node->angle);
 }
 
 static void make_leaf(const builder *b, size_t leaf) {

@@ -13,6 +13,7 @@ typedef struct ss_silhouette_node {
     float centre[3], radius;
     float axis[3];
     float angle; /* half the cone's opening, radians; above pi/2: tells nothing */
+    float cosine, sine; /* of the angle */
 } ss_silhouette_node;
 
 struct ss_silhouette_tree {

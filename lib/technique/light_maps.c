@@ -3,9 +3,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "technique/four_texels.h"
 
 /* Steepest surface, in h per unit of X, that the depth map's slope bias follows: 86 degrees. Steeper
  * ones receive less than 7 % of the light and are below their own horizon for part of it. */
@@ -142,11 +144,16 @@ uint64_t ss_light_maps_culled(const void *state) { return ((const ss_light_maps 
 /* ---- asking --------------------------------------------------------------------------------- */
 
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const uint32_t side = maps->frames.resolution;
+    const int32_t side = (int32_t)maps->frames.resolution;
     const float *depth = maps->depth;
-    for (size_t i = 0; i < n; i++) {
-        const uint32_t at = looks->base[i] + (uint32_t)looks->y[i] * side + (uint32_t)looks->x[i];
-        out[i] = depth[at] < looks->h[i] ? 0 : 1;
+    for (size_t i = 0; i < n; i += 4) {
+        ss_ints at;
+        memcpy(&at, looks->base + i, sizeof at);
+        at += __builtin_convertvector(ss_floats_load(looks->y + i), ss_ints) * side +
+              __builtin_convertvector(ss_floats_load(looks->x + i), ss_ints);
+        for (size_t k = i; k < n && k < i + 4; k++) {
+            out[k] = depth[(uint32_t)at[k - i]] < looks->h[k] ? 0 : 1;
+        }
     }
 }
 
@@ -165,35 +172,56 @@ static float above_horizon(const ss_light_maps *maps, const ss_point *point) {
 }
 
 static void count(const float *visibility, size_t n, ss_counts *counts) {
-    uint64_t lit = 0, umbra = 0;
-    for (size_t i = 0; i < n; i++) lit += visibility[i] == 1, umbra += visibility[i] == 0;
+    const ss_floats one = ss_floats_all(1), zero = ss_floats_all(0);
+    ss_ints ones = {0, 0, 0, 0}, zeros = {0, 0, 0, 0};
+    size_t i = 0;
+    for (; i + 4 <= n; i += 4) { /* a mask is -1; a block is far below 2^31 */
+        const ss_floats v = ss_floats_load(visibility + i);
+        ones -= (ss_ints)(v == one), zeros -= (ss_ints)(v == zero);
+    }
+    uint64_t lit = (uint64_t)ones[0] + (uint64_t)ones[1] + (uint64_t)ones[2] + (uint64_t)ones[3];
+    uint64_t umbra = (uint64_t)zeros[0] + (uint64_t)zeros[1] + (uint64_t)zeros[2] + (uint64_t)zeros[3];
+    for (; i < n; i++) lit += visibility[i] == 1, umbra += visibility[i] == 0;
     counts->lit += lit, counts->umbra += umbra, counts->penumbra += n - lit - umbra;
 }
 
-/* Points that see all of a lamp because they are inside it. */
-static void light_inside(const ss_light_maps *maps, const ss_point *points, size_t n, float *visibility) {
+/* Points that see all of a lamp because they are inside it. nearest: a square that no point's
+ * distance is below. */
+static void light_inside(const ss_light_maps *maps, const ss_point *points, size_t n, double nearest,
+                         float *visibility) {
     const ss_light *light = &maps->light;
-    if (light->type != SOFTSHADOW_SPHERE || light->point) return;
     const double reach = light->radius * INSIDE, square = reach * reach;
+    const double *c = light->centre;
+    /* in the frame's coordinates, which is good to 1e-12 of the scene's size: far below a thousandth
+     * of a lamp that can be told from a point */
+    if (light->type != SOFTSHADOW_SPHERE || light->point || nearest * 0.999 > square) return;
     for (size_t i = 0; i < n; i++) {
-        double d[3];
-        for (int k = 0; k < 3; k++) d[k] = points[i].p[k] - light->centre[k];
-        if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= square) visibility[i] = 1;
+        const double *p = points[i].p, x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
+        if (x * x + y * y + z * z <= square) visibility[i] = 1;
     }
 }
 
-void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
-                           float *bound, ss_counts *counts) {
-    const ss_light_maps *maps = state;
-    if (maps->frames.count) light_inside(maps, points, n, visibility);
+static inline bool has_normal(const ss_point *point) {
+    uint32_t bits[3];
+    memcpy(bits, point->normal, sizeof bits);
+    return (bits[0] | bits[1] | bits[2]) << 1; /* -0 is zero, too */
+}
+
+static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, double nearest,
+                   float *visibility, float *bound, ss_counts *counts) {
+    if (maps->frames.count) light_inside(maps, points, n, nearest, visibility);
     for (size_t i = 0; i < n; i++) {
-        const float *normal = points[i].normal;
-        if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) continue;
+        if (!has_normal(&points[i])) continue;
         const float above = above_horizon(maps, &points[i]);
         visibility[i] = above < visibility[i] ? above : visibility[i];
     }
     for (size_t i = 0; bound && i < n; i++) bound[i] = NAN;
     count(visibility, n, counts);
+}
+
+void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
+                           float *bound, ss_counts *counts) {
+    finish(state, points, n, 0, visibility, bound, counts);
 }
 
 softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
@@ -209,7 +237,8 @@ softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_a
         } else {
             for (size_t i = 0; i < m; i++) out[i] = 1;
         }
-        ss_light_maps_horizon(maps, points + first, m, out, bound ? bound + first : NULL, counts);
+        finish(maps, points + first, m, maps->frames.count ? looks.nearest : 0, out,
+               bound ? bound + first : NULL, counts);
     }
     return SOFTSHADOW_OK;
 }
@@ -285,28 +314,32 @@ void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32
     texel[SS_OUTER_VERTEX] = vertex, texel[SS_OUTER_RISE] = rise, texel[SS_OUTER_KEY] = key;
 }
 
-/* The outer coordinate of one texel for a receiver at h. */
-static inline float outer_of(const float *texel, float h) {
-    const float gap = h - texel[SS_OUTER_VERTEX];
-    const float part = texel[SS_OUTER_RISE] / gap;
-    const float open = gap > GAP * fabsf(h) && part < 1 ? part : 1;
-    return texel[SS_OUTER_DEPTH] < h ? 0 : open;
+/* The outer coordinates of four texels for a receiver at h. */
+static inline ss_floats outer_of(ss_floats depth, ss_floats vertex, ss_floats rise, float h) {
+    const ss_floats gap = h - vertex, part = rise / gap, one = ss_floats_all(1);
+    const ss_ints soft = (ss_ints)(gap > GAP * fabsf(h)) & (ss_ints)(part < one);
+    return ss_floats_pick((ss_ints)(depth < h), ss_floats_all(0), ss_floats_pick(soft, part, one));
 }
 
-/* The four texels around a place: the lower left one's number, and the share of the others. */
 void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     const uint32_t side = maps->frames.resolution;
-    const float most = (float)side - 1.5f;
+    const size_t right = side > 1 ? SS_OUTER_CHANNELS : 0, up = right * side;
+    ss_cells cells;
+    ss_cells_find(&cells, looks, n, side);
     for (size_t i = 0; i < n; i++) {
-        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f, h = looks->h[i];
-        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
-        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
-        const float u = left - (float)column, v = low - (float)row;
-        const float *a = maps->plane + (size_t)(looks->base[i] + row * side + column) * SS_OUTER_CHANNELS;
-        const float *b = a + (size_t)side * SS_OUTER_CHANNELS;
-        const float below = (1 - u) * outer_of(a, h) + u * outer_of(a + SS_OUTER_CHANNELS, h);
-        const float above = (1 - u) * outer_of(b, h) + u * outer_of(b + SS_OUTER_CHANNELS, h);
-        out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
+        const float *texel = maps->plane + (size_t)(uint32_t)cells.at[i] * SS_OUTER_CHANNELS;
+        ss_floats depth = ss_floats_load(texel), vertex = ss_floats_load(texel + right);
+        ss_floats rise = ss_floats_load(texel + up), key = ss_floats_load(texel + up + right);
+        ss_floats_turn(&depth, &vertex, &rise, &key);
+        const float h = looks->h[i];
+        const int dark = ss_floats_bits((ss_ints)(depth < h));
+        if (dark == 15 || (dark == 0 && ss_floats_bits((ss_ints)(vertex < h)) == 0)) {
+            out[i] = dark ? 0 : 1; /* four that say the same */
+            continue;
+        }
+        const ss_floats weight = ss_cells_weights(cells.u[i], cells.v[i]);
+        const float part = ss_floats_dot(weight, outer_of(depth, vertex, rise, h));
+        out[i] = ss_falloff_at(&maps->falloff, part);
     }
 }
 

@@ -28,9 +28,39 @@ typedef struct ss_limit_face {
     bool highest;    /* limit wins, as in the paper */
 } ss_limit_face;
 
+/* Outside of the silhouette a texel counts only where its own surface lies below c (else that
+ * surface hides the light), and only down to where the penumbra has not begun on it ([WH03] line
+ * 4), raised as ribbons are. Within a texel of the edge snapping decides what covers the centre:
+ * those count. */
+static inline bool ss_limit_outside(const ss_limit_face *f, float depth, float c, float q) {
+    if (q <= f->per_texel) return depth > c - f->near;
+    return depth > c && c + q < depth + SS_LIMIT_RAISE * f->per_texel;
+}
+
+/* Whom a ribbon is for: outside, the surface in the map; inside, what is far below the occluder. */
+static inline float ss_limit_receiver(const ss_limit_face *f, float depth, float c, float q) {
+    const float far = (float)f->frame->far_h, most = depth < far && q > 0 ? depth : far;
+    return most > c + f->near ? most : c + f->near;
+}
+
+/* The distance from the hard shadow in light radii, as that receiver sees it. Where light that
+ * passes the silhouette meets another surface before it, only what passes between the two is left:
+ * so little that an outline further away tells more. */
+static inline float ss_limit_away(const ss_limit_face *f, float depth, float c, float q, float open) {
+    const float receiver = ss_limit_receiver(f, depth, c, q), away = fabsf(q) / (receiver - c);
+    if (q > 0 || !(open + f->near < receiver) || !(away < 1)) return away;
+    const float behind = fabsf(q) / (receiver - (open > c ? open : c));
+    return 1 - ((behind < 1 ? behind : 1) - away);
+}
+
 /* Whether a silhouette at depth c and limit q has anything to say to a texel, and how good it is;
  * INFINITY: nothing. open: how far down the light gets past it. */
-float ss_limit_key(const ss_limit_face *face, size_t texel, float c, float q, float open);
+static inline float ss_limit_key(const ss_limit_face *f, size_t texel, float c, float q,
+                                 float open) {
+    const float depth = f->depth[texel];
+    if (open < c - f->near || (q > 0 && !ss_limit_outside(f, depth, c, q))) return INFINITY;
+    return f->highest ? c + fabsf(q) : ss_limit_away(f, depth, c, q, open);
+}
 
 /* How far down the light gets past a silhouette at (x, y). */
 float ss_limit_open(const ss_limit_face *face, double x, double y, const double outwards[2]);

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "base/memory.h"
+#include "base/status.h"
 #include "technique/limit.h"
 
 typedef struct ribbons {
@@ -24,39 +25,11 @@ float ss_limit_open(const ss_limit_face *f, double x, double y, const double out
     return near > far ? near : far;
 }
 
-/* Outside of the silhouette a texel counts only where its own surface lies below c (else that
- * surface hides the light), and only down to where the penumbra has not begun on it ([WH03] line
- * 4), raised as ribbons are. Within a texel of the edge snapping decides what covers the centre:
- * those count. */
-static bool outside_matters(const ss_limit_face *f, float depth, float c, float q) {
-    if (q <= f->per_texel) return depth > c - f->near;
-    return depth > c && c + q < depth + SS_LIMIT_RAISE * f->per_texel;
-}
-
-/* Whom a ribbon is for: outside, the surface in the map; inside, what is far below the occluder. */
-static float receiver_of(const ss_limit_face *f, float depth, float c, float q) {
-    const float far = (float)f->frame->far_h, most = depth < far && q > 0 ? depth : far;
-    return most > c + f->near ? most : c + f->near;
-}
-
-/* The distance from the hard shadow in light radii, as that receiver sees it. Where light that
- * passes the silhouette meets another surface before it, only what passes between the two is left:
- * so little that an outline further away tells more. */
-static float away_of(const ss_limit_face *f, float depth, float c, float q, float open) {
-    const float receiver = receiver_of(f, depth, c, q), away = fabsf(q) / (receiver - c);
-    if (q > 0 || !(open + f->near < receiver) || !(away < 1)) return away;
-    const float behind = fabsf(q) / (receiver - (open > c ? open : c));
-    return 1 - ((behind < 1 ? behind : 1) - away);
-}
-
-float ss_limit_key(const ss_limit_face *f, size_t texel, float c, float q, float open) {
-    const float depth = f->depth[texel];
-    if (open < c - f->near || (q > 0 && !outside_matters(f, depth, c, q))) return INFINITY;
-    return f->highest ? c + fabsf(q) : away_of(f, depth, c, q, open);
-}
-
-static void offer(ss_limit_face *f, size_t at, float c, float q, float open) {
-    const float key = ss_limit_key(f, at, c, q, open);
+/* Where the light gets past the silhouette is looked up last: it can only make a key worse. */
+static void offer(ss_limit_face *f, size_t at, float c, float q, double x, double y,
+                  const double outwards[2]) {
+    if (!(ss_limit_key(f, at, c, q, SS_MAP_FAR) < f->key[at])) return;
+    const float open = ss_limit_open(f, x, y, outwards), key = ss_limit_key(f, at, c, q, open);
     if (!(key < f->key[at])) return;
     float *texel = f->texels + at * LIMIT_CHANNELS;
     f->key[at] = key;
@@ -72,8 +45,8 @@ static void shade_strip(const ribbons *r, const ss_raster_run *run) {
     for (uint32_t i = 0; i < run->n; i++) {
         const float away = run->attribute[0][i], c = run->attribute[1][i];
         const double foot = -wide * away;
-        const double x = run->x + i + 0.5 + foot * right[0], y = run->y + 0.5 + foot * right[1];
-        offer(f, first + i, c, away * f->per_texel, ss_limit_open(f, x, y, right));
+        offer(f, first + i, c, away * f->per_texel, run->x + i + 0.5 + foot * right[0],
+              run->y + 0.5 + foot * right[1], right);
     }
 }
 
@@ -92,8 +65,7 @@ static void shade_corner(const ribbons *r, const ss_raster_run *run) {
         if (disc) inside = f->depth[first + i] < c + f->near;
         const double sign = inside ? -1 : 1, per = length > 0 ? sign / length : 0;
         const double outwards[2] = {dx * per, dy * per};
-        offer(f, first + i, c, (float)sign * away * f->per_texel,
-              ss_limit_open(f, v->x, v->y, outwards));
+        offer(f, first + i, c, (float)sign * away * f->per_texel, v->x, v->y, outwards);
     }
 }
 
@@ -108,17 +80,42 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
     return fmax(0, ss_frame_rate(frame) * (frame->far_h - vertex->h)) + SS_LIMIT_RAISE;
 }
 
+/* Something nearer hides it all along, so that offer() would refuse every texel: on a closed body half
+ * of the silhouette, which never gets as far as the scan converter. */
+static bool edge_hidden(const ss_limit_face *f, const ss_rim *rim, const ss_rim_edge *edge) {
+    const ss_rim_vertex *a = &rim->vertex[edge->vertex[0]], *b = &rim->vertex[edge->vertex[1]];
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    if (!(edge->length < 1024)) return false; /* also end on: nothing to look along */
+    const int steps = 1 + (int)(2 * edge->length);
+    for (int i = 0; i <= steps; i++) {
+        const double t = (double)i / steps, x = a->x + t * (b->x - a->x), y = a->y + t * (b->y - a->y);
+        const float c = (float)(a->h + t * (b->h - a->h));
+        if (!(ss_limit_open(f, x, y, right) < c - f->near)) return false;
+    }
+    return true;
+}
+
+static softshadow_status find_hidden(const ss_limit_face *f, const ss_rim *rim, uint8_t **out) {
+    *out = ss_alloc(rim->edge_count, 1);
+    if (!*out) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", rim->edge_count);
+    for (size_t i = 0; i < rim->edge_count; i++) (*out)[i] = edge_hidden(f, rim, &rim->edge[i]);
+    return SOFTSHADOW_OK;
+}
+
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found) {
-    const ss_rim_style style = {.width = width, .ctx = face->frame, .inside = true};
+    ss_rim_style style = {.width = width, .ctx = face->frame, .inside = true};
+    uint8_t *unseen = NULL;
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
     ribbons r = {face, &rim};
     softshadow_status status = ss_rim_build(&rim, stage, found, face->frame, face->side);
+    if (!status) status = find_hidden(face, &rim, &unseen);
+    style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) status = ss_raster_cpu.draw(triangles, count, 4, face->side, shade, &r, stage->pool);
-    ss_free(triangles);
+    ss_free(triangles), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

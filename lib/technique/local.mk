@@ -2,6 +2,7 @@
 libsoftshadow_core_la_SOURCES += \
   %D%/backprojection.c \
   %D%/exact.c %D%/exact.h %D%/exact_parts.h %D%/exact_build.c %D%/exact_setup.c \
+  %D%/four_texels.h \
   %D%/hard.c \
   %D%/lamp.c %D%/lamp.h %D%/lamp_ask.c %D%/lamp_ask.h %D%/lamp_glsl.h \
   %D%/light_maps.c %D%/light_maps.h \

@@ -30,6 +30,7 @@
 
 #include "base/memory.h"
 #include "base/status.h"
+#include "technique/four_texels.h"
 #include "technique/limit.h"
 #include "technique/map_techniques.h"
 
@@ -165,55 +166,57 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 static inline float saturate(float x) { return x > 0 ? x < 1 ? x : 1 : 0; }
 
 /* Equation 2. A gap that rounding could have made is none: the sign of q alone decides. */
-static inline float equation_2(float c, float g, float b, float q, float z) {
-    const float gap = z - c, least = 0x1p-21f * fabsf(z);
-    const float l = saturate(.5f + .5f * q / (gap > least ? gap : least));
-    const float dark = z < c || z > b ? 0 : l;
-    return z < g ? 1 : dark;
+static inline float equation_2(ss_floats texel, float z) {
+    const float gap = z - texel[LIMIT_C], least = 0x1p-21f * fabsf(z);
+    const float l = saturate(.5f + .5f * texel[LIMIT_Q] / (gap > least ? gap : least));
+    const float dark = z < texel[LIMIT_C] || z > texel[LIMIT_B] ? 0 : l;
+    return z < texel[LIMIT_G] ? 1 : dark;
 }
 
-/* The hard shadow of a texel, g and b brought together at the surface that is on top. */
-static inline float hard(const float *texel, float z) {
-    if (texel[LIMIT_C] < SS_MAP_FAR && texel[LIMIT_Q] > 0) return z > texel[LIMIT_B] ? 0 : 1;
-    return z < texel[LIMIT_G] ? 1 : 0;
+/* The same of four texels, each alone; where there is no penumbra, or under the paper's way, the hard
+ * shadow of each, g and b brought together at the surface that is on top. */
+static inline ss_floats each(ss_floats c, ss_floats g, ss_floats b, ss_floats q, float z, bool paper) {
+    const ss_floats one = ss_floats_all(1), zero = ss_floats_all(0), half = ss_floats_all(.5f);
+    const ss_floats far = ss_floats_all(SS_MAP_FAR), least = ss_floats_all(0x1p-21f * fabsf(z));
+    const ss_ints above = (ss_ints)(z < g), below = (ss_ints)(z > b), none = (ss_ints)(c == far);
+    const ss_floats l = half + half * q / ss_floats_more(z - c, least);
+    const ss_ints dark = (ss_ints)(z < c) | below;
+    const ss_floats soft = ss_floats_pick(dark, zero, ss_floats_less(ss_floats_more(l, zero), one));
+    const ss_ints past = ~none & (ss_ints)(q > zero);
+    const ss_ints lit = (past & ~below) | (~past & above);
+    const ss_ints is_hard = paper ? ~(none & ~none) : none;
+    return ss_floats_pick(is_hard, ss_floats_pick(lit, one, zero), ss_floats_pick(above, one, soft));
 }
 
-static inline float alone(const limit_state *state, const float *texel, float z) {
-    if (state->paper || texel[LIMIT_C] == SS_MAP_FAR) return hard(texel, z);
-    return equation_2(texel[LIMIT_C], texel[LIMIT_G], texel[LIMIT_B], texel[LIMIT_Q], z);
+static inline float spread_of(ss_floats c) {
+    const ss_floats turned = __builtin_shuffle(c, (ss_ints){2, 3, 0, 1});
+    const ss_floats more = ss_floats_more(c, turned), less = ss_floats_less(c, turned);
+    return (more[0] > more[1] ? more[0] : more[1]) - (less[0] < less[1] ? less[0] : less[1]);
 }
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     const limit_state *state = (const limit_state *)maps;
     const uint32_t side = maps->frames.resolution;
-    const float most = (float)side - 1.5f;
-    const size_t right = side > 1 ? LIMIT_CHANNELS : 0,
-                 up = side > 1 ? (size_t)side * LIMIT_CHANNELS : 0;
+    const size_t right = side > 1 ? LIMIT_CHANNELS : 0, up = right * side;
+    ss_cells cells;
+    ss_cells_find(&cells, looks, n, side);
     for (size_t i = 0; i < n; i++) {
-        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f, z = looks->h[i];
-        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
-        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
-        const float u = left - (float)column, v = low - (float)row;
-        const float *t00 =
-            maps->plane + (size_t)(looks->base[i] + row * side + column) * LIMIT_CHANNELS;
-        const float *t10 = t00 + right, *t01 = t00 + up, *t11 = t01 + right;
-        const float w00 = (1 - u) * (1 - v), w10 = u * (1 - v), w01 = (1 - u) * v, w11 = u * v;
-        const float c0 = t00[LIMIT_C], c1 = t10[LIMIT_C], c2 = t01[LIMIT_C], c3 = t11[LIMIT_C];
-        const float lower = c0 < c1 ? c0 : c1, upper = c2 < c3 ? c2 : c3;
-        const float higher = c0 > c1 ? c0 : c1, highest = c2 > c3 ? c2 : c3;
-        const float spread =
-            (higher > highest ? higher : highest) - (lower < upper ? lower : upper);
-        float l;
-        if (spread <= state->same[looks->face[i]] && c0 < SS_MAP_FAR) {
-            float m[LIMIT_CHANNELS];
-            for (int k = 0; k < LIMIT_CHANNELS; k++) {
-                m[k] = w00 * t00[k] + w10 * t10[k] + w01 * t01[k] + w11 * t11[k];
-            }
-            l = equation_2(m[LIMIT_C], m[LIMIT_G], m[LIMIT_B], m[LIMIT_Q], z);
-        } else {
-            l = w00 * alone(state, t00, z) + w10 * alone(state, t10, z) +
-                w01 * alone(state, t01, z) + w11 * alone(state, t11, z);
+        const float *texel = maps->plane + (size_t)(uint32_t)cells.at[i] * LIMIT_CHANNELS;
+        const ss_floats t00 = ss_floats_load(texel), t10 = ss_floats_load(texel + right);
+        const ss_floats t01 = ss_floats_load(texel + up), t11 = ss_floats_load(texel + up + right);
+        const ss_floats w = ss_cells_weights(cells.u[i], cells.v[i]);
+        const float z = looks->h[i];
+        ss_floats c = t00, g = t10, b = t01, q = t11;
+        ss_floats_turn(&c, &g, &b, &q);
+        if (ss_floats_bits((ss_ints)(z < g)) == 15) {
+            out[i] = 1; /* above whatever there is; also between the four */
+            continue;
         }
+        float l;
+        if (spread_of(c) <= state->same[looks->face[i]] && c[0] < SS_MAP_FAR)
+            l = equation_2(w[0] * t00 + w[1] * t10 + w[2] * t01 + w[3] * t11, z);
+        else
+            l = ss_floats_dot(w, each(c, g, b, q, z, state->paper));
         out[i] = ss_falloff_at(&maps->falloff, l);
     }
 }

@@ -227,9 +227,12 @@ static double principal(double angle) {
     return angle <= -M_PI * (1 - 1e-12) ? M_PI : angle;
 }
 
+static bool hidden(const artist *a, uint32_t e) { return a->style->hidden && a->style->hidden[e]; }
+
 /* One edge in, one out: outside opens at a left turn, inside at a right one. */
 static void corner(artist *a, uint32_t v) {
     const ss_rim_vertex *at = &a->rim->vertex[v];
+    if (hidden(a, at->in) && hidden(a, at->out)) return;
     double m[2], n[2];
     for (int side = 1; side >= (a->style->inside ? -1 : 1); side -= 2) {
         if (!leave_edge(a, at->in, side, m) || !leave_edge(a, at->out, side, n)) {
@@ -282,6 +285,7 @@ softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
                                   ss_raster_triangle **triangles, size_t *count) {
     artist a = {.rim = rim, .style = style};
     for (uint32_t e = 0; e < rim->edge_count && !a.failed; e++) {
+        if (hidden(&a, e)) continue;
         strip(&a, e, 1);
         if (style->inside) strip(&a, e, -1);
     }

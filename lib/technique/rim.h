@@ -57,6 +57,7 @@ typedef struct ss_rim_style {
     bool tangent; /* strips touch the circles of these widths around their ends, as sheets touch cones;
                      else they are perpendicular to the edge */
     bool inside;  /* draw both sides */
+    const uint8_t *hidden; /* an edge: it draws nothing, nor do corners between two such; or NULL */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
 } ss_rim_style;
 

@@ -1,0 +1,58 @@
+/* Four floats at once, for work that every machine does alike: the compiler's vectors on the least
+ * instruction set, so that there is one rung only and its bits. */
+#ifndef SS_BASE_LANES_H
+#define SS_BASE_LANES_H
+
+#include <stdint.h>
+#include <string.h>
+
+typedef float ss_floats __attribute__((vector_size(16)));
+typedef int32_t ss_ints __attribute__((vector_size(16)));
+
+static inline ss_floats ss_floats_all(float x) { return (ss_floats){x, x, x, x}; }
+static inline ss_floats ss_floats_load(const float *from) {
+    ss_floats v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+static inline void ss_floats_store(float *to, ss_floats v) { memcpy(to, &v, sizeof v); }
+/* yes where the mask is all ones, no where it is zero. */
+static inline ss_floats ss_floats_pick(ss_ints mask, ss_floats yes, ss_floats no) {
+    return (ss_floats)((mask & (ss_ints)yes) | (~mask & (ss_ints)no));
+}
+/* A bit for each lane of a mask. */
+static inline int ss_floats_bits(ss_ints mask) {
+#ifdef __SSE__
+    return __builtin_ia32_movmskps((ss_floats)mask);
+#else
+    return (mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8);
+#endif
+}
+/* a where it is the less (more), b where it is not or one is NaN. */
+static inline ss_floats ss_floats_less(ss_floats a, ss_floats b) {
+    return ss_floats_pick((ss_ints)(a < b), a, b);
+}
+static inline ss_floats ss_floats_more(ss_floats a, ss_floats b) {
+    return ss_floats_pick((ss_ints)(a > b), a, b);
+}
+static inline ss_floats ss_floats_size(ss_floats a) {
+    return (ss_floats)((ss_ints)a & (ss_ints){INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});
+}
+/* The sum of the products, pairs first. */
+static inline float ss_floats_dot(ss_floats a, ss_floats b) {
+    const ss_floats p = a * b;
+    return (p[0] + p[1]) + (p[2] + p[3]);
+}
+/* Rows become columns. */
+static inline void ss_floats_turn(ss_floats *a, ss_floats *b, ss_floats *c, ss_floats *d) {
+    const ss_floats ab = __builtin_shuffle(*a, *b, (ss_ints){0, 4, 1, 5});
+    const ss_floats cd = __builtin_shuffle(*c, *d, (ss_ints){0, 4, 1, 5});
+    const ss_floats AB = __builtin_shuffle(*a, *b, (ss_ints){2, 6, 3, 7});
+    const ss_floats CD = __builtin_shuffle(*c, *d, (ss_ints){2, 6, 3, 7});
+    *a = __builtin_shuffle(ab, cd, (ss_ints){0, 1, 4, 5});
+    *b = __builtin_shuffle(ab, cd, (ss_ints){2, 3, 6, 7});
+    *c = __builtin_shuffle(AB, CD, (ss_ints){0, 1, 4, 5});
+    *d = __builtin_shuffle(AB, CD, (ss_ints){2, 3, 6, 7});
+}
+
+#endif
