@@ -166,7 +166,8 @@ typedef struct softshadow_mesh {
 
 /* A light, and the measure in which "fraction" is meant:
  *   RECT    centre, half axes u and v, perpendicular; normal u x v; uniform in area
- *   DISK    centre, normal (direction), radius; uniform in area
+ *   DISK    centre, normal (direction), radius; uniform in area. Of radius 0 with half axes u and v,
+ *           perpendicular: an ellipse, normal u x v
  *   SPHERE  centre and radius r; a point at distance d sees a disk of radius r d / sqrt(d^2 - r^2)
  *           through the centre, facing it; uniform in that disk's area. Only what lies before the
  *           circle where the tangent cone touches the lamp occludes. Inside the lamp all is seen.
@@ -178,8 +179,9 @@ typedef struct softshadow_light {
     uint32_t struct_size;
     uint32_t type;
     double position[3];
-    double direction[3]; /* disk: normal; rect: zero or along u x v; sun: the way light travels */
-    double u[3], v[3];   /* rect */
+    double direction[3]; /* disk: normal; rect, ellipse: zero or along u x v; sun: the way light
+                            travels */
+    double u[3], v[3];   /* rect, ellipse */
     double radius;       /* sphere, disk: length; sun: radians */
     const float *profile; /* weight of the area at rho = i / (profile_count - 1); NULL: uniform */
     uint32_t profile_count;

@@ -35,11 +35,14 @@ static double diagonal(const box *b) {
     return ss_length(d);
 }
 
-/* The radius that rate is made of. A rect is taken as the disk of its area, or as the one around it
- * by those who look at all of it; what is a disk only for some directions is one for all. */
+/* The radius that rate is made of. A rect is taken as the disk of its area, an ellipse likewise, or as
+ * the one around it by those who look at all of it; what is a disk only for some directions is one for
+ * all. */
 static double radius_of(const ss_light *light, bool all) {
-    if (light->type != SOFTSHADOW_RECT || all) return light->radius;
-    return sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI);
+    if (all) return light->radius;
+    const double u = ss_length(light->u), v = ss_length(light->v);
+    if (light->type == SOFTSHADOW_RECT) return sqrt(4 * u * v / M_PI);
+    return light->ellipse ? sqrt(u * v) : light->radius;
 }
 
 /* ---- one frame ------------------------------------------------------------------------------ */

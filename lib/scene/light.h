@@ -17,8 +17,9 @@ typedef struct ss_light {
     double centre[3];    /* sun: unused */
     double normal[3];    /* unit; sun: TOWARDS the sun; sphere: unused */
     double u[3], v[3];   /* half axes: rect, disk; sun: of the disk at distance 1 */
-    double radius;       /* sphere: radius; disk: radius; sun: tan(angle); rect: half diagonal */
+    double radius;       /* sphere: radius; disk: radius, the longer half axis; sun: tan(angle); rect: half diagonal */
     bool point;          /* radius 0: the hard shadow */
+    bool ellipse;        /* a disk whose half axes differ */
     uint32_t profile_count; /* 0: uniform */
     float *profile;         /* owned by the scene */
     double profile_mean;    /* mean of the profile over the disk's area */
@@ -65,6 +66,13 @@ bool ss_light_above(const ss_light *light, const double p[3], const float normal
 void ss_light_box(const ss_light *light, double low[3], double high[3]);
 /* The radial profile at rho in 0..1, linearly interpolated. 1 for a uniform light. */
 double ss_light_profile(const ss_light *light, double rho);
+
+/* Is a disk given by its half axes, as an ellipse? */
+static inline bool ss_light_is_ellipse(const softshadow_light *light) {
+    const double *u = light->u, *v = light->v;
+    return light->type == SOFTSHADOW_DISK && light->radius == 0 &&
+           (u[0] != 0 || u[1] != 0 || u[2] != 0 || v[0] != 0 || v[1] != 0 || v[2] != 0);
+}
 
 /* Two unit vectors that complete the unit vector n to an orthogonal frame; permuting the axes of n
  * permutes them (no cross product, so no handedness), which keeps promise 3 of the ABI. */

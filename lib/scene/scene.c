@@ -303,7 +303,8 @@ static softshadow_status check_direction(const softshadow_light *light) {
                    light->direction[0], light->direction[1], light->direction[2]);
 }
 
-static softshadow_status check_rect(const softshadow_light *light) {
+/* Of a rect or an ellipse. */
+static softshadow_status check_axes(const softshadow_light *light) {
     softshadow_status status = check_numbers("u", light->u, SS_COORDINATE_LIMIT);
     if (!status) status = check_numbers("v", light->v, SS_COORDINATE_LIMIT);
     if (status) return status;
@@ -328,7 +329,7 @@ static softshadow_status check_rect(const softshadow_light *light) {
     ss_normalize(normal);
     if (ss_dot(direction, normal) > 1 - SKEW) return SOFTSHADOW_OK;
     return ss_fail(SOFTSHADOW_E_LIGHT,
-                   "light.direction: (%g, %g, %g), must be zero or along u x v for a rect",
+                   "light.direction: (%g, %g, %g), must be zero or along u x v",
                    light->direction[0], light->direction[1], light->direction[2]);
 }
 
@@ -372,10 +373,9 @@ static softshadow_status check_light(const softshadow_light *light) {
     if (light->type != SOFTSHADOW_SUN) {
         status = check_numbers("position", light->position, SS_COORDINATE_LIMIT);
     }
-    if (!status && (light->type == SOFTSHADOW_SUN || light->type == SOFTSHADOW_DISK)) {
-        status = check_direction(light);
-    }
-    if (!status) status = light->type == SOFTSHADOW_RECT ? check_rect(light) : check_radius(light);
+    const bool axes = light->type == SOFTSHADOW_RECT || ss_light_is_ellipse(light);
+    if (!status && !axes && light->type != SOFTSHADOW_SPHERE) status = check_direction(light);
+    if (!status) status = axes ? check_axes(light) : check_radius(light);
     return status ? status : check_profile(light);
 }
 

@@ -230,17 +230,18 @@ void ss_world_light(const ss_world *world, const softshadow_light *given, ss_lig
         ss_normalize(out->normal);
         out->radius = tan(given->radius);
         set_axes(out, out->radius);
-    } else if (given->type == SOFTSHADOW_DISK) {
-        ss_normalize(out->normal);
-        set_axes(out, out->radius);
-    } else if (given->type == SOFTSHADOW_RECT) {
+    } else if (given->type == SOFTSHADOW_RECT || ss_light_is_ellipse(given)) {
         for (int k = 0; k < 3; k++) {
             out->u[k] = given->u[k] * world->scale, out->v[k] = given->v[k] * world->scale;
         }
         const double u = ss_length(out->u), v = ss_length(out->v);
-        out->radius = hypot(u, v);
+        out->ellipse = given->type == SOFTSHADOW_DISK;
+        out->radius = out->ellipse ? ss_max(u, v) : hypot(u, v);
         if (u > 0) ss_cross(out->u, out->v, out->normal);
         ss_normalize(out->normal);
+    } else if (given->type == SOFTSHADOW_DISK) {
+        ss_normalize(out->normal);
+        set_axes(out, out->radius);
     }
     out->point = out->radius == 0;
 }

@@ -282,9 +282,10 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     volume_state *volume = *state;
     const ss_light *light = stage->light;
     volume->paper = stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
-    volume->radius = light->type == SOFTSHADOW_RECT /* the disk of its area */
-                         ? sqrt(4 * ss_length(light->u) * ss_length(light->v) / M_PI)
-                         : light->radius;
+    const double product = ss_length(light->u) * ss_length(light->v);
+    volume->radius = light->type == SOFTSHADOW_RECT ? sqrt(4 * product / M_PI) /* the disk of its area */
+                     : light->ellipse               ? sqrt(product)
+                                                    : light->radius;
     if (volume->paper) paper_falloff(&volume->maps.falloff);
     if (volume->maps.frames.count) status = draw(stage, volume);
     if (status) ss_light_maps_destroy(volume), *state = NULL;

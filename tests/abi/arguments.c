@@ -551,7 +551,7 @@ static void bad_vertices_and_indices(void **state) {
 static void bad_lights(void **state) {
     (void)state;
     const float profile[3] = {1, NAN, 0.5f}, negative[2] = {1, -1};
-    softshadow_light bad[16];
+    softshadow_light bad[20];
     size_t n = 0;
     bad[n] = scene_sphere_light(0, 0, 5, 1), bad[n++].radius = -1;
     bad[n] = scene_sphere_light(0, 0, 5, 1), bad[n++].radius = NAN;
@@ -565,6 +565,9 @@ static void bad_lights(void **state) {
     bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].v[0] = 1e-5;      /* skewed */
     bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].direction[0] = 1; /* not along u x v */
     bad[n] = scene_rect_light(0, 0, 5, 1, 1), bad[n++].u[2] = NAN;
+    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 0), bad[n++].u[0] = 1; /* half an ellipse */
+    bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 0), bad[n].u[0] = bad[n].v[0] = 1, n++;
+    bad[n] = scene_disk_light(0, 0, 5, 1, 0, 0, 0), bad[n].u[0] = bad[n].v[1] = 1, n++;
     bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = profile,
     bad[n++].profile_count = 3;
     bad[n] = scene_disk_light(0, 0, 5, 0, 0, 1, 1), bad[n].profile = negative,

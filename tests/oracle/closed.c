@@ -44,6 +44,14 @@ static void see_sun(oracle_view *view, const softshadow_light *light) {
     view->t_end = INFINITY;
 }
 
+static void see_axes(oracle_view *view, const softshadow_light *light) {
+    cross(view->normal, light->u, light->v);
+    const double length = sqrt(dot(view->normal, view->normal));
+    for (int k = 0; k < 3; k++) view->normal[k] /= length;
+    memcpy(view->a, light->u, sizeof view->a);
+    memcpy(view->b, light->v, sizeof view->b);
+}
+
 oracle_view oracle_see(const softshadow_light *light, const double p[3]) {
     oracle_view view = {.t_end = 1, .disk = light->type != SOFTSHADOW_RECT};
     for (int k = 0; k < 3; k++) view.c[k] = light->position[k] - p[k];
@@ -55,18 +63,17 @@ oracle_view oracle_see(const softshadow_light *light, const double p[3]) {
         see_sun(&view, light);
         break;
     case SOFTSHADOW_DISK: {
+        if (light->radius == 0) { /* an ellipse */
+            see_axes(&view, light);
+            break;
+        }
         const double length = sqrt(dot(light->direction, light->direction));
         for (int k = 0; k < 3; k++) view.normal[k] = light->direction[k] / length;
         axes(&view, view.normal, light->radius);
         break;
     }
-    default: {
-        cross(view.normal, light->u, light->v);
-        const double length = sqrt(dot(view.normal, view.normal));
-        for (int k = 0; k < 3; k++) view.normal[k] /= length;
-        memcpy(view.a, light->u, sizeof view.a);
-        memcpy(view.b, light->v, sizeof view.b);
-    }
+    default:
+        see_axes(&view, light);
     }
     return view;
 }

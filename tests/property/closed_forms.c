@@ -29,12 +29,23 @@ static half_plane make_half_plane(double turn, double slope, double plate_slope)
 
 enum { SIDE = 40, POINTS = SIDE * SIDE };
 
+/* A disk of radius 0 that has half axes; u x v points down. */
+static softshadow_light ellipse_light(void) {
+    softshadow_light light = scene_disk_light(0.2, 0, 6, 0, 0, 0, 0);
+    const double c = cos(0.6), s = sin(0.6);
+    const double u[3] = {1.1 * c, 1.1 * s, 0.3}, down[3] = {0, 0, -1};
+    light.v[0] = down[1] * u[2] - down[2] * u[1], light.v[1] = down[2] * u[0] - down[0] * u[2];
+    for (int k = 0; k < 3; k++) light.u[k] = u[k], light.v[k] *= 0.3;
+    return light;
+}
+
 static void straight_edges(void **state) {
     const softshadow_light lights[] = {
         scene_sphere_light(0.3, -0.2, 6, 0.8),
         scene_disk_light(0, 0, 6, 0.2, 0.1, -1, 0.9),
         scene_disk_light(0, 0, 6, 0, 0, 1, 0.9),
         scene_sun_light(-0.1, 0.2, -1, 0.15),
+        ellipse_light(),
     };
     static const double plate[3][3] = {{0, 0, 0}, {0.7, 0.2, 0.1}, {2.0, -0.1, 0.3}};
     double(*points)[3] = malloc(POINTS * sizeof *points), truth[POINTS];

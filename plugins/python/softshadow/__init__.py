@@ -29,12 +29,13 @@ from __future__ import annotations
 from ._abi import NO_PRIMITIVE
 from ._errors import (ArgumentError, BackendError, CancelledError, Error, InternalError, LightError,
                       MeshError, OutOfMemoryError, StateError, UnsupportedError)
-from ._lights import Disk, Light, Rect, Sphere, Sun
+from ._lights import Disk, Ellipse, Light, Rect, Sphere, Sun
 from ._results import Backend, ErrorReport, Explanation, Map, MeshReport, Method, Stats
 from ._scene import Scene, backends, methods, primitive, version, version_info
 
 __all__ = [
-    "ArgumentError", "Backend", "BackendError", "CancelledError", "Disk", "Error", "ErrorReport",
+    "ArgumentError", "Backend", "BackendError", "CancelledError", "Disk", "Ellipse", "Error",
+    "ErrorReport",
     "Explanation", "InternalError", "Light", "LightError", "Map", "MeshError", "MeshReport",
     "Method", "NO_PRIMITIVE", "OutOfMemoryError", "Rect", "Scene", "Sphere", "StateError", "Stats",
     "Sun", "UnsupportedError", "backends", "methods", "primitive", "version", "version_info"]

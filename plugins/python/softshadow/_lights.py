@@ -1,4 +1,4 @@
-"""The four kinds of light. Lengths are in the scene's unit; sizes are radii and half axes."""
+"""The kinds of light. Lengths are in the scene's unit; sizes are radii and half axes."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -75,6 +75,28 @@ class Disk(_Light):
 
 
 @dataclass(frozen=True)
+class Ellipse(_Light):
+    """A flat ellipse, seen from both sides (under irradiance: from the side of u x v).
+
+    position  3 numbers: the centre
+    u, v      3 numbers each: HALF axes, perpendicular
+    profile   weights of the area at rho = i / (len - 1) of the way to the rim; None: uniform
+    """
+
+    position: Vector
+    u: Vector
+    v: Vector
+    profile: Any = None
+
+    def _struct(self) -> Tuple[Any, Optional[_buffers.Held]]:
+        light, held = self._begin("disk", self.profile)
+        _fill(light.position, self.position, "light.position")
+        _fill(light.u, self.u, "light.u")
+        _fill(light.v, self.v, "light.v")
+        return light, held
+
+
+@dataclass(frozen=True)
 class Rect(_Light):
     """A flat rectangle, seen from both sides (under irradiance: from the side of u x v).
 
@@ -114,11 +136,11 @@ class Sun(_Light):
         return light, held
 
 
-Light = Union[Sphere, Disk, Rect, Sun]
+Light = Union[Sphere, Disk, Ellipse, Rect, Sun]
 
 
 def struct_of(light: Any) -> Tuple[Any, Optional[_buffers.Held]]:
     """The library's struct, and what must be kept while it is read."""
     if not isinstance(light, _Light):
-        raise ArgumentError("light: %r, must be a Sphere, Disk, Rect or Sun" % (light,))
+        raise ArgumentError("light: %r, must be a Sphere, Disk, Ellipse, Rect or Sun" % (light,))
     return light._struct()

@@ -64,18 +64,20 @@ class Answers(unittest.TestCase):
     def test_lights(self):
         lights = [softshadow.Sphere((0, 0, 4), 0.5), softshadow.Sphere((0, 0, 4), 0),
                   softshadow.Disk((0, 0, 4), (0, 0, -1), 0.5),
+                  softshadow.Ellipse((0, 0, 4), (0.5, 0, 0), (0, -0.5, 0)),
                   softshadow.Rect((0, 0, 4), (0.5, 0, 0), (0, 0.5, 0)),
                   softshadow.Sun((0, 0, -1), 0.1),
                   softshadow.Sun((0, 0, -2), angle=0.1, profile=[1, 0.5, 0])]
         with softshadow.Scene() as scene:
             scene.add_mesh(SQUARE, FACES)
             scene.set_light(lights[0])
-            self.assertEqual([scene.add_light(light) for light in lights[1:]], [1, 2, 3, 4, 5])
+            self.assertEqual([scene.add_light(light) for light in lights[1:]],
+                             list(range(1, len(lights))))
             scene.build()
-            for light in range(6):
+            for light in range(len(lights)):
                 answers = scene.visibility([(0, 0, 0), (3, 0, 0)], light=light)
                 self.assertEqual(list(answers), [0, 1])
-            scene.set_light(lights[3])
+            scene.set_light(lights[4])
             scene.build()
             with self.assertRaisesRegex(softshadow.ArgumentError, "light: 1"):
                 scene.visibility([(0, 0, 0)], light=1)
