@@ -1,2 +1,3 @@
 include %D%/python/local.mk
 include %D%/oiio/local.mk
+include %D%/blender/local.mk
