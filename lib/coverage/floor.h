@@ -1,4 +1,5 @@
-/* Faces that points lie on, as a floor: in nobody's way as long as the light is well above them. */
+/* Faces in nobody's way: those that points lie on, as a floor, as long as the light is well above
+ * them, and those beside. */
 #ifndef SS_COVERAGE_FLOOR_H
 #define SS_COVERAGE_FLOOR_H
 
@@ -20,5 +21,10 @@ bool ss_floor_make(ss_floor *floor, const ss_world *world, const ss_light *light
 /* Is the point of that box above the face, or so little below it that it touches whatever of it its
  * segments could meet? Then the face hides nothing from it. */
 bool ss_floor_holds(const ss_floor *floor, const ss_world *world, const ss_point *point);
+
+/* Is the triangle beside everything between the box and the light, by a plane through one of its
+ * edges? A shaft's planes alone cannot tell that of a large one. A certain yes. */
+bool ss_floor_beside(const ss_world *world, const ss_light *light, uint32_t triangle,
+                     const double low[3], const double high[3]);
 
 #endif

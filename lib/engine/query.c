@@ -1,5 +1,5 @@
-/* The loop over a batch: read and check points, put them in an order that keeps neighbours together,
- * hand ranges of them to the technique on all threads, scatter the answers. */
+/* The loop over a batch: check points, put them in an order that keeps neighbours together, hand ranges
+ * of them to the technique on all threads, scatter the answers. */
 #include <stdio.h>
 #include <string.h>
 
@@ -12,7 +12,9 @@
 #include "engine/settle.h"
 
 #define BLOCK ((size_t)1 << 18) /* points in flight: bounds the memory of a query of any size */
-#define RANGE 512               /* points handed to a worker at once */
+#define RANGE_LEAST 512         /* points handed to a worker at once, ... */
+#define RANGE_MOST  2048        /* ... which costs it as much as a few dozen of them */
+#define RANGES      32          /* of a batch that is between */
 
 /* An arena that a worker uses for one range at a time. */
 typedef struct ss_scratch {
@@ -101,25 +103,35 @@ bool ss_engine_point(const ss_stage *stage, const softshadow_points *points, siz
     return read_normal(points, i, out->normal);
 }
 
+/* Is there such a triangle? */
+static softshadow_status find_primitive(const ss_scene *scene, uint64_t primitive,
+                                        uint32_t *triangle) {
+    const uint32_t id = (uint32_t)(primitive >> 32);
+    *triangle = (uint32_t)primitive;
+    if (primitive == SOFTSHADOW_NO_PRIMITIVE) return SOFTSHADOW_OK;
+    if (id < scene->mesh_count && scene->meshes[id].used &&
+        *triangle < scene->meshes[id].triangle_count) {
+        return SOFTSHADOW_OK;
+    }
+    return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                   "primitive: mesh %u triangle %u, must be in the scene or "
+                   "SOFTSHADOW_NO_PRIMITIVE",
+                   id, *triangle);
+}
+
 softshadow_status ss_engine_primitive(const ss_scene *scene, const ss_stage *stage,
                                       uint64_t primitive, ss_point *point) {
-    if (primitive == SOFTSHADOW_NO_PRIMITIVE) return SOFTSHADOW_OK;
-    const uint32_t id = (uint32_t)(primitive >> 32), triangle = (uint32_t)primitive;
-    if (id >= scene->mesh_count || !scene->meshes[id].used ||
-        triangle >= scene->meshes[id].triangle_count) {
-        return ss_fail(SOFTSHADOW_E_ARGUMENT,
-                       "primitive: mesh %u triangle %u, must be in the scene or "
-                       "SOFTSHADOW_NO_PRIMITIVE",
-                       id, triangle);
-    }
+    uint32_t triangle;
+    const softshadow_status status = find_primitive(scene, primitive, &triangle);
+    if (status || primitive == SOFTSHADOW_NO_PRIMITIVE) return status;
     point->ulp = 0;
     point->triangle = ss_world_find(stage->world, primitive);
     if (point->triangle != SS_NO_TRIANGLE) return SOFTSHADOW_OK;
+    const ss_mesh *mesh = &scene->meshes[primitive >> 32];
     double corner[3][3];
     for (int v = 0; v < 3; v++) {
         double host[3];
-        const ss_mesh *mesh = &scene->meshes[id];
-        ss_mesh_vertex(mesh, mesh->indices[3 * (size_t)triangle + v], host);
+        ss_mesh_vertex(mesh, mesh->indices[3 * (size_t)triangle + (size_t)v], host);
         ss_world_local(stage->world, host, corner[v]);
     }
     project(point->p, corner);
@@ -128,50 +140,111 @@ softshadow_status ss_engine_primitive(const ss_scene *scene, const ss_stage *sta
 
 /* ---- the batch ------------------------------------------------------------------------------ */
 
-/* A query in flight; i counts from the block's first point. */
+/* A query in flight. Points are counted from the block's first. */
 typedef struct batch {
     softshadow *handle;
     const ss_asked *asked;
     const softshadow_points *points;
     float *visibility;
-    size_t first, count;  /* the block */
-    ss_point *prepared;   /* as they come; NaN-answered ones are left out of order */
+    size_t first, count; /* the block */
     ss_order order;
-    bool settles;         /* whole groups may be answered before they are put in order */
+    bool settles; /* whole groups may be answered before the technique is asked */
     ss_progress *progress;
     pthread_mutex_t lock; /* guards totals */
     ss_totals *totals;
 } batch;
 
-static softshadow_status prepare(void *ctx, uint64_t begin, uint64_t end) {
-    batch *b = ctx;
-    uint64_t bad = 0;
-    for (uint64_t j = begin; j < end; j++) {
-        const size_t i = b->first + j;
-        ss_point *point = &b->prepared[j];
-        if (ss_engine_point(b->asked->stage, b->points, i, point)) {
-            point->place = (uint32_t)j;
-            if (!b->points->primitives) continue;
-            const softshadow_status status = ss_engine_primitive(
-                &b->handle->scene, b->asked->stage, b->points->primitives[i], point);
-            if (status) return ss_fail(status, "points[%zu]: %s", i, ss_message());
-            continue;
-        }
-        point->place = SS_ORDER_NOT;
-        b->visibility[i] = NAN;
-        if (b->points->error_bound) b->points->error_bound[i] = NAN;
-        bad++;
-    }
-    const ss_answers answers = {b->visibility + b->first,
-                                b->points->error_bound ? b->points->error_bound + b->first : NULL};
-    const uint64_t settled = b->settles ? ss_settle(b->asked->stage, b->prepared + begin,
-                                                    (size_t)(end - begin), &answers)
-                                        : 0;
+static softshadow_status check_primitive(const batch *b, size_t i) {
+    uint32_t triangle;
+    if (!b->points->primitives) return SOFTSHADOW_OK;
+    const softshadow_status status =
+        find_primitive(&b->handle->scene, b->points->primitives[i], &triangle);
+    return status ? ss_fail(status, "points[%zu]: %s", i, ss_message()) : SOFTSHADOW_OK;
+}
+
+static void answer_bad(const batch *b, size_t i) {
+    b->visibility[i] = NAN;
+    if (b->points->error_bound) b->points->error_bound[i] = NAN;
+}
+
+static softshadow_status add_bad(batch *b, uint64_t bad) {
+    if (!bad) return SOFTSHADOW_OK;
     pthread_mutex_lock(&b->lock);
     b->totals->points_bad += bad;
-    b->totals->counts.lit += settled, b->totals->counts.settled += settled;
     pthread_mutex_unlock(&b->lock);
-    return ss_progress_add(b->progress, settled + bad);
+    return ss_progress_add(b->progress, bad);
+}
+
+/* The usual batch needs no more than its floats: no bounds to keep, no normals, no primitives. */
+static bool is_plain(const batch *b) {
+    const softshadow_points *p = b->points;
+    return p->position_type == SOFTSHADOW_F32 && !p->normals && !p->primitives &&
+           !b->asked->stage->params->bounded;
+}
+
+/* Where they lie need not be precise for the order. Gives how many cannot be answered. */
+static uint64_t look_at_plain(const batch *b, size_t begin, size_t end) {
+    const ss_world *world = b->asked->stage->world;
+    const float limit = (float)SS_COORDINATE_LIMIT, scale = (float)world->scale;
+    float origin[3];
+    uint64_t bad = 0;
+    for (int k = 0; k < 3; k++) origin[k] = (float)(world->low[k] + world->half[k]);
+    for (size_t j = begin; j < end; j++) {
+        float f[3];
+        memcpy(f, (const char *)b->points->positions + (b->first + j) * b->points->position_stride,
+               sizeof f);
+        const bool good = (fabsf(f[0]) <= limit) & (fabsf(f[1]) <= limit) & (fabsf(f[2]) <= limit);
+        for (int k = 0; k < 3; k++) b->order.at[j][k] = (f[k] - origin[k]) * scale;
+        if (good) continue;
+        bad++;
+        b->order.at[j][0] = NAN;
+        answer_bad(b, b->first + j);
+    }
+    return bad;
+}
+
+/* Tells which points can be answered, and to the order where they lie. */
+static softshadow_status look_at(void *ctx, uint64_t begin, uint64_t end) {
+    batch *b = ctx;
+    uint64_t bad = 0;
+    if (is_plain(b)) return add_bad(b, look_at_plain(b, begin, end));
+    for (uint64_t j = begin; j < end; j++) {
+        const size_t i = b->first + j;
+        ss_point point;
+        if (ss_engine_point(b->asked->stage, b->points, i, &point)) {
+            for (int k = 0; k < 3; k++) b->order.at[j][k] = (float)point.p[k];
+            const softshadow_status status = check_primitive(b, i);
+            if (status) return status;
+        } else {
+            b->order.at[j][0] = NAN;
+            answer_bad(b, i);
+            bad++;
+        }
+    }
+    return add_bad(b, bad);
+}
+
+/* Points first .. first + n - 1, which were looked at. */
+static void read_points(const batch *b, size_t first, size_t n, ss_point *points) {
+    const ss_stage *stage = b->asked->stage;
+    const bool plain = is_plain(b);
+    for (size_t j = 0; j < n; j++) {
+        const size_t i = b->first + first + j;
+        ss_point *point = &points[j];
+        if (plain) {
+            double host[3];
+            float f[3];
+            memcpy(f, (const char *)b->points->positions + i * b->points->position_stride, sizeof f);
+            for (int k = 0; k < 3; k++) host[k] = f[k], point->normal[k] = 0;
+            ss_world_local(stage->world, host, point->p);
+            point->ulp = 0x1p-23f, point->triangle = SS_NO_TRIANGLE;
+        } else {
+            ss_engine_point(stage, b->points, i, point);
+        }
+        point->place = (uint32_t)(first + j);
+        if (!b->points->primitives) continue;
+        ss_engine_primitive(&b->handle->scene, stage, b->points->primitives[i], point);
+    }
 }
 
 static void add_counts(batch *b, const ss_counts *counts) {
@@ -192,6 +265,12 @@ static softshadow_status answer(batch *b, ss_point *points, size_t n, ss_arena *
     ss_counts counts = {0};
     const ss_asked *asked = b->asked;
     softshadow_status status = SOFTSHADOW_OK;
+    if (b->settles) {
+        const ss_answers answers = {b->visibility + b->first,
+                                    bound ? b->points->error_bound + b->first : NULL};
+        n = ss_settle(asked->stage, points, n, &answers);
+        counts.lit = counts.settled = given - n;
+    }
     if (n && asked->program) {
         status = ss_device_answer(asked, points, n, visibility, bound, arena, b->progress, &counts);
         if (counts.spared) ss_engine_tell(b->handle, ss_message()), ss_message_clear();
@@ -209,25 +288,41 @@ static softshadow_status answer(batch *b, ss_point *points, size_t n, ss_arena *
     return ss_progress_add(b->progress, given);
 }
 
-/* Points begin..end of the order: gathered, because neighbours there are not so in memory. */
+/* Items begin..end of the order: points gathered, because neighbours there are not so in memory. */
 static softshadow_status answer_ordered(batch *b, size_t begin, size_t end, ss_arena *arena) {
-    const size_t n = end - begin;
-    ss_point *points = ss_arena_alloc(arena, n, sizeof *points);
-    if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", n);
-    for (size_t j = 0; j < n; j++) points[j] = b->prepared[b->order.item[begin + j].place];
+    const ss_order_item *item = b->order.item;
+    ss_point *points = ss_arena_alloc(arena, (end - begin) * SS_ORDER_RUN, sizeof *points);
+    size_t n = 0;
+    if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for points");
+    for (size_t i = begin; i < end; i++) {
+        const size_t first = ss_order_first(&item[i]), length = ss_order_length(&item[i]);
+        read_points(b, first, length, points + n);
+        n += length;
+    }
     return answer(b, points, n, arena);
 }
 
-/* Points as they come, in place, less those that need no answer. */
+/* Points as they come, less those that need no answer. */
 static softshadow_status answer_given(batch *b, size_t begin, size_t end, ss_arena *arena) {
-    ss_point *points = b->prepared + begin;
+    ss_point *points = ss_arena_alloc(arena, end - begin, sizeof *points);
     size_t n = 0;
-    for (size_t j = 0; j < end - begin; j++) {
-        if (points[j].place == SS_ORDER_NOT) continue;
-        if (n < j) points[n] = points[j];
+    if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for points");
+    for (size_t j = begin; j < end; j++) {
+        const softshadow_status status = check_primitive(b, b->first + j);
+        if (status) return status;
+        if (!ss_engine_point(b->asked->stage, b->points, b->first + j, &points[n])) {
+            answer_bad(b, b->first + j);
+            continue;
+        }
+        points[n].place = (uint32_t)j;
         n++;
     }
-    return answer(b, points, n, arena);
+    const softshadow_status status = add_bad(b, end - begin - n);
+    for (size_t j = 0; j < n && b->points->primitives && !status; j++) {
+        const uint64_t primitive = b->points->primitives[b->first + points[j].place];
+        ss_engine_primitive(&b->handle->scene, b->asked->stage, primitive, &points[j]);
+    }
+    return status ? status : answer(b, points, n, arena);
 }
 
 static softshadow_status answer_range(void *ctx, uint64_t begin, uint64_t end) {
@@ -240,19 +335,25 @@ static softshadow_status answer_range(void *ctx, uint64_t begin, uint64_t end) {
     return status;
 }
 
+static size_t range_of(size_t points) {
+    const size_t range = points / RANGES;
+    return range < RANGE_LEAST ? RANGE_LEAST : range < RANGE_MOST ? range : RANGE_MOST;
+}
+
 static softshadow_status answer_block(batch *b, ss_arena *arena) {
-    const bool ordered = b->asked->technique->group > 0;
-    b->prepared = ss_arena_alloc(arena, b->count, sizeof *b->prepared);
-    if (!b->prepared || (ordered && !ss_order_reserve(&b->order, b->count, arena))) {
+    ss_pool *pool = b->handle->pool;
+    const size_t range = b->asked->program ? SS_DEVICE_RANGE : range_of(b->count);
+    if (!b->asked->technique->group) {
+        return ss_parallel_for(pool, b->count, range, answer_range, b);
+    }
+    if (!ss_order_reserve(&b->order, b->count, arena)) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
     }
-    ss_pool *pool = b->handle->pool;
-    const uint64_t range = b->asked->program ? SS_DEVICE_RANGE : RANGE;
-    softshadow_status status = ss_parallel_for(pool, b->count, 4096, prepare, b);
+    softshadow_status status = ss_parallel_for(pool, b->count, 4096, look_at, b);
+    if (!status) status = ss_order_morton(&b->order, b->count, pool);
     if (status) return status;
-    if (!ordered) return ss_parallel_for(pool, b->count, range, answer_range, b);
-    status = ss_order_morton(&b->order, b->prepared, b->count, pool);
-    return status ? status : ss_parallel_for(pool, b->order.count, range, answer_range, b);
+    const size_t items = b->order.count, share = (range * items + b->count - 1) / b->count;
+    return ss_parallel_for(pool, items, share ? share : 1, answer_range, b);
 }
 
 /* The whole image at once, because a pixel depends on its neighbours. */

@@ -1,70 +1,69 @@
-/* Runs of points as they come (image rows, texels, clusters) mostly lie close together. A run is tried
- * as a whole, then in parts, down to a size at which a test costs as much as it saves. */
+/* Runs of points that follow each other mostly lie close together. A run is tried as a whole, then in
+ * parts, down to a size at which a test costs as much as it saves. */
 #include "engine/settle.h"
 
 #include <math.h>
 
-#include "engine/order.h"
+#include "base/vec.h"
 #include "trace/bvh.h"
 
 #define WHOLE 1024
 #define PARTS 4
 #define SMALLEST 64
 
-/* false: none is to be answered */
-static bool bound_run(const ss_point *points, size_t n, double low[3], double high[3]) {
-    size_t count = 0;
+static void bound_run(const ss_point *points, size_t n, double low[3], double high[3]) {
     for (int k = 0; k < 3; k++) low[k] = INFINITY, high[k] = -INFINITY;
     for (size_t i = 0; i < n; i++) {
-        if (points[i].place == SS_ORDER_NOT) continue;
         for (int k = 0; k < 3; k++) {
-            low[k] = points[i].p[k] < low[k] ? points[i].p[k] : low[k];
-            high[k] = points[i].p[k] > high[k] ? points[i].p[k] : high[k];
+            low[k] = ss_min(points[i].p[k], low[k]), high[k] = ss_max(points[i].p[k], high[k]);
         }
-        count++;
     }
-    return count > 0;
 }
 
-static uint64_t answer_lit(const ss_stage *stage, ss_point *points, size_t n,
-                           const ss_answers *answers) {
-    uint64_t answered = 0;
+/* Points that are not answered, to where *left points. */
+static void leave(const ss_point *points, size_t n, ss_point **left) {
+    for (size_t i = 0; i < n; i++) *(*left)++ = points[i];
+}
+
+static void answer_lit(const ss_stage *stage, const ss_point *points, size_t n,
+                       const ss_answers *answers, ss_point **left) {
     for (size_t i = 0; i < n; i++) {
-        ss_point *point = &points[i];
+        const ss_point *point = &points[i];
         const float *normal = point->normal;
         const bool horizon = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
-        if (point->place == SS_ORDER_NOT) continue;
-        if (horizon && !ss_light_above(stage->light, point->p, normal)) continue;
+        if (horizon && !ss_light_above(stage->light, point->p, normal)) {
+            leave(point, 1, left);
+            continue;
+        }
         answers->visibility[point->place] = 1;
         if (answers->bound) answers->bound[point->place] = 0;
-        point->place = SS_ORDER_NOT;
-        answered++;
     }
-    return answered;
 }
 
-static uint64_t settle_run(const ss_stage *stage, ss_point *points, size_t n,
-                           const ss_answers *answers) {
+static void settle_run(const ss_stage *stage, const ss_point *points, size_t n,
+                       const ss_answers *answers, ss_point **left) {
     double low[3], high[3];
-    if (!bound_run(points, n, low, high)) return 0;
+    bound_run(points, n, low, high);
     if (ss_bvh_shaft_empty(stage->bvh, stage->light, low, high)) {
-        return answer_lit(stage, points, n, answers);
+        answer_lit(stage, points, n, answers, left);
+        return;
     }
     const size_t part = n / PARTS;
-    if (part < SMALLEST) return 0;
-    uint64_t answered = 0;
+    if (part < SMALLEST) {
+        leave(points, n, left);
+        return;
+    }
     for (size_t first = 0; first < n; first += part) {
         const size_t size = n - first < part ? n - first : part;
-        answered += settle_run(stage, points + first, size, answers);
+        settle_run(stage, points + first, size, answers, left);
     }
-    return answered;
 }
 
-uint64_t ss_settle(const ss_stage *stage, ss_point *points, size_t n, const ss_answers *answers) {
-    uint64_t answered = 0;
+size_t ss_settle(const ss_stage *stage, ss_point *points, size_t n, const ss_answers *answers) {
+    ss_point *left = points;
     for (size_t first = 0; first < n; first += WHOLE) {
         const size_t size = n - first < WHOLE ? n - first : WHOLE;
-        answered += settle_run(stage, points + first, size, answers);
+        settle_run(stage, points + first, size, answers, &left);
     }
-    return answered;
+    return (size_t)(left - points);
 }

@@ -298,6 +298,7 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
             out[i] = 1;
             if (bound) bound[i] = 0;
         }
+        s->settled += n;
         return SOFTSHADOW_OK;
     }
     if (n <= SS_LANES) {
@@ -321,10 +322,11 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state,
                                      const ss_point *points, size_t n, float *visibility,
                                      float *bound, ss_arena *arena, ss_counts *counts) {
     scratch s;
-    if (!ss_exact_prepare(&s, stage, state, arena))
+    if (!ss_exact_prepare(&s, stage, state, arena) || !ss_exact_measure(&s, points, n))
         return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     const softshadow_status status = answer_run(&s, points, n, NULL, visibility, bound);
     if (status) return status;
+    counts->settled += s.settled;
     for (size_t i = 0; i < n; i++) {
         counts->lit += visibility[i] == 1;
         counts->umbra += visibility[i] == 0;
@@ -344,7 +346,6 @@ const ss_technique ss_exact = {
                      1u << SOFTSHADOW_SUN,
     .weightings =
         1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE | 1u << SOFTSHADOW_IRRADIANCE,
-    .settles = true,
     .group = SS_LANES,
     .build = ss_exact_build,
     .query = exact_query,

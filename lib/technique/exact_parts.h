@@ -25,6 +25,8 @@ typedef struct scratch {
     ss_group *group;
     ss_contact *contact; /* per lane */
     ss_contact_face *faces;
+    const ss_point *points; /* of the query */
+    double (*boxes)[6];     /* of each SS_LANES of them, lowest corner first */
     ss_group_views *views;
     ss_view *view; /* per lane, axes in summing order; see ss_exact_view() */
     uint32_t *skip;
@@ -35,6 +37,7 @@ typedef struct scratch {
     size_t direct_room;
     double size;     /* largest coordinate of the casters as the host gave them, local units */
     double slab_cells; /* of the lattice: how far beside the casters a coarser scene may be seen */
+    uint64_t settled; /* points answered by whole groups */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 
@@ -48,6 +51,8 @@ void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
 /* exact_setup.c. False: out of memory. */
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena);
 bool ss_exact_room(scratch *s, size_t count);
+/* Finds the boxes of a query's points. False: out of memory. */
+bool ss_exact_measure(scratch *s, const ss_point *points, size_t n);
 /* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. *frame: of
  * the points around them, or NULL; becomes that for the parts of these. */
 bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,

@@ -112,10 +112,38 @@ static bool is_near(const ss_shaft_frame *frame) {
     return size * 8 <= frame->depth;
 }
 
+bool ss_exact_measure(scratch *s, const ss_point *points, size_t n) {
+    const size_t groups = (n + SS_LANES - 1) / SS_LANES;
+    s->points = points;
+    s->boxes = ss_arena_alloc(s->arena, groups, sizeof *s->boxes);
+    for (size_t i = 0; i < groups && s->boxes; i++) {
+        const size_t first = i * SS_LANES, size = n - first < SS_LANES ? n - first : SS_LANES;
+        box_of(points + first, size, s->boxes[i], s->boxes[i] + 3);
+    }
+    return s->boxes != NULL;
+}
+
+/* The box of points that begin with a group. */
+static void join_boxes(const scratch *s, const ss_point *points, size_t n, double low[3],
+                       double high[3]) {
+    const size_t first = (size_t)(points - s->points) / SS_LANES;
+    memcpy(low, s->boxes[first], 3 * sizeof *low);
+    memcpy(high, s->boxes[first] + 3, 3 * sizeof *high);
+    for (size_t i = 1; i * SS_LANES < n; i++) {
+        const double *box = s->boxes[first + i];
+        for (int k = 0; k < 3; k++) {
+            low[k] = ss_min(box[k], low[k]), high[k] = ss_max(box[3 + k], high[k]);
+        }
+    }
+}
+
 static void enclose(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
                     const ss_shaft_frame **frame, double low[3], double high[3]) {
     const bool group = n <= SS_LANES;
-    box_of(points, n, low, high);
+    if (n == 1)
+        box_of(points, n, low, high);
+    else
+        join_boxes(s, points, n, low, high);
     for (size_t i = 0; i < SS_LANES && group; i++) {
         for (int k = 0; k < 3; k++) s->views->at[k][i] = points[i < n ? i : 0].p[k];
     }
@@ -138,6 +166,7 @@ bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_fra
     s->state->kernel->survey(g);
     if (g->listed_count > SURVIVORS) return false;
     for (uint32_t i = 0; i < g->listed_count; i++) {
+        if (ss_floor_beside(world, s->stage->light, s->triangles[i], low, high)) continue;
         if (!ss_floor_make(&face[i], world, s->stage->light, s->triangles[i], low, high))
             return false;
         for (size_t j = 0; j < n; j++) {
@@ -195,7 +224,10 @@ void ss_exact_view(scratch *s, unsigned lane) {
 
 void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n, double *reach) {
     double low[3], high[3], ulp = 0;
-    box_of(points, n, low, high);
+    if (n == 1)
+        box_of(points, n, low, high);
+    else
+        join_boxes(s, points, n, low, high);
     for (unsigned lane = 0; lane < n; lane++) ulp = ss_max(ulp, points[lane].ulp);
     *reach = SS_NEAR + 8 * ulp * (ss_max(s->size, host_size(s->stage->world, low, high)) + 1) +
              2 * SS_TOUCH;
