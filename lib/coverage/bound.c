@@ -75,10 +75,34 @@ static double weight_of(const ss_lattice *lattice, const ss_light *light, const 
     return here * lattice->weight[place];
 }
 
+/* Where every sample counts what it weighs. */
+static uint64_t weight_marked(const ss_lattice *lattice, const uint32_t *tight,
+                              const uint32_t *wide) {
+    const size_t words = (size_t)lattice->blocks * SS_BLOCK;
+    uint64_t sum = 0;
+    for (uint32_t p = 0; p < lattice->planes; p++) {
+        const uint32_t *plane = lattice->plane + p * words;
+        uint64_t bits = 0;
+        for (size_t i = 0; i < words; i++) {
+            bits += (uint64_t)__builtin_popcount(plane[i] & (tight[i] | (lattice->rim[i] & wide[i])));
+        }
+        sum += bits << p;
+    }
+    return sum;
+}
+
+static float as_bound(const ss_lattice *lattice, double wrong, double total) {
+    return (float)fmin(1, wrong / total + lattice->weight_error + 0x1p-20);
+}
+
 float ss_bound_sum(const ss_lattice *lattice, const ss_light *light, const ss_view *view,
                    uint32_t weighting, const double *normal, const uint32_t *tight,
                    const uint32_t *wide) {
     double marked = 0, total = 0, changes = 0;
+    if (weighting == SOFTSHADOW_UNIFORM && lattice->total) {
+        marked = (double)weight_marked(lattice, tight, wide);
+        return as_bound(lattice, marked, (double)lattice->total);
+    }
     for (uint32_t i = 0; i < lattice->blocks * SS_BLOCK * 32; i++) {
         if (in_mask(lattice->outside, i)) continue;
         double change;
@@ -88,5 +112,5 @@ float ss_bound_sum(const ss_lattice *lattice, const ss_light *light, const ss_vi
             marked += weight + change;
     }
     if (!(total > 0)) return changes > 0 ? 1 : 0; /* nothing of the light counts: 0 by definition */
-    return (float)fmin(1, (marked + changes) / total + lattice->weight_error + 0x1p-20);
+    return as_bound(lattice, marked + changes, total);
 }

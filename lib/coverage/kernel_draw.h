@@ -44,7 +44,11 @@ static inline void mark_cells(const walk *w, const edge *e, float x_low, float x
                               uint32_t *marks) {
     const float low = e->low[0], high = e->high[0];
     reach += SLACK;
-    for (uint32_t row = 0; row < w->row_blocks * SS_BLOCK; row++) {
+    if (x_high + reach < 1 || x_low - reach > w->columns) return;
+    const float first = low - reach > 1 ? __builtin_ceilf(low - reach) : 1,
+                last = high + reach < w->rows ? high + reach : w->rows;
+    if (!(first <= last)) return;
+    for (uint32_t row = (uint32_t)first - 1; row < (uint32_t)last; row++) {
         const float y = (float)(row + 1);
         const float from = y - reach > low ? y - reach : low,
                     to = y + reach < high ? y + reach : high;
