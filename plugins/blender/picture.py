@@ -49,6 +49,7 @@ camera.location, camera.rotation_euler = (-.1, -8, 5.2), (math.radians(59.5), 0,
 bpy.context.collection.objects.link(camera)
 scene = bpy.context.scene
 scene.camera = camera
+scene.world = scene.world or bpy.data.worlds.new("World")
 scene.world.color = .03, .03, .035
 scene.render.resolution_x, scene.render.resolution_y = 480, 308
 scene.render.image_settings.color_mode = "RGB"
