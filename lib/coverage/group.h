@@ -76,6 +76,7 @@ typedef struct ss_group {
     uint32_t *covered;          /* [lane][samples->blocks x 16] */
     uint32_t lit, dark;         /* lanes that see all of the light's samples, or none */
     uint64_t visible[SS_LANES]; /* weight of the samples seen by the others */
+    uint32_t rough[SS_LANES];   /* and the neighbours of which one is seen, within a block */
     uint32_t *listed;
     uint32_t listed_count, listed_room;
 

@@ -186,6 +186,19 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     return depth;
 }
 
+/* How many samples differ from the next in their row, or column: how long the rims of what is covered
+ * are, in cells. */
+static inline uint32_t roughness(const uint32_t *mask, const uint32_t *outside, uint32_t words) {
+    uint64_t across = 0, along = 0;
+    for (uint32_t i = 0; i < words; i++) {
+        const uint32_t in = ~outside[i];
+        across += (uint64_t)__builtin_popcount((mask[i] ^ mask[i] >> 1) & in & in >> 1);
+        if (i % SS_BLOCK == SS_BLOCK - 1) continue;
+        along += (uint64_t)__builtin_popcount((mask[i] ^ mask[i + 1]) & in & ~outside[i + 1]);
+    }
+    return (uint32_t)(across + along);
+}
+
 /* What came out for each lane. */
 static inline void conclude(const walk *w) {
     ss_group *g = w->g;
@@ -221,6 +234,7 @@ static inline void conclude(const walk *w) {
             sum += bits << p;
         }
         g->visible[lane] = sum;
+        g->rough[lane] = roughness(mask, lattice->outside, (uint32_t)words);
     }
 }
 

@@ -10,68 +10,73 @@
 #include <math.h>
 #include <string.h>
 
-/* How a place at t = 1 moves things, for one lane. */
+/* How much a unit of length does at t = 1, for every lane. */
 typedef struct rates {
-    double least, most; /* cells a unit of length, at the grid's middle or corners: about, and surely */
-    double depth;       /* t a unit of length */
+    float cells[SS_LANES]; /* along the one of the grid's axes along which it is more */
+    float t[SS_LANES];
+    float most_t; /* of the lanes asked */
 } rates;
 
-static rates rates_of(const ss_group *g, unsigned lane) {
-    const double size[2] = {32.0 * g->lattice->words,
-                            (double)SS_BLOCK * g->lattice->row_blocks};
-    double row[3][3], largest[2] = {0, 0}, depth = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++) row[i][k] = g->matrix[i][k][lane];
-    }
-    for (int k = 0; k < 3; k++) depth += row[2][k] * row[2][k];
-    for (int i = 0; i < 2; i++) {
-        for (int end = 0; end < 2; end++) {
-            double square = 0;
-            for (int k = 0; k < 3; k++) {
-                const double slope = row[i][k] - (end ? size[i] : 0) * row[2][k];
-                square += slope * slope;
-            }
-            largest[i] = fmax(largest[i], sqrt(square));
+static inline float larger(float a, float b) { return a > b ? a : b; }
+static inline float smaller(float a, float b) { return a < b ? a : b; }
+
+/* The squares of how fast a coordinate of the grid changes where it is `at`, or t does (row 2). */
+static void add_slopes(const ss_group *g, int row, float at, float square[SS_LANES]) {
+    for (int i = 0; i < SS_LANES; i++) {
+        float sum = 0;
+        for (int k = 0; k < 3; k++) {
+            const float n = g->matrix[row][k][i] - at * g->matrix[2][k][i];
+            sum += n * n;
         }
+        square[i] = larger(square[i], sum);
     }
-    return (rates){fmax(largest[0], largest[1]), hypot(largest[0], largest[1]), sqrt(depth)};
 }
 
-/* Fills the slab for a level; false if it would be empty. `room`: by how much, along every axis,
+static void find_rates(const ss_group *g, rates *r) {
+    memset(r, 0, sizeof *r);
+    add_slopes(g, 2, 0, r->t);
+    add_slopes(g, 0, 0, r->cells);
+    add_slopes(g, 0, (float)(32 * g->lattice->words), r->cells);
+    add_slopes(g, 1, 0, r->cells);
+    add_slopes(g, 1, (float)(SS_BLOCK * g->lattice->row_blocks), r->cells);
+    for (int i = 0; i < SS_LANES; i++) {
+        r->cells[i] = sqrtf(r->cells[i]), r->t[i] = sqrtf(r->t[i]);
+    }
+    for (uint32_t m = g->lanes; m; m &= m - 1) {
+        r->most_t = larger(r->most_t, r->t[__builtin_ctz(m)]);
+    }
+}
+
+/* Fills the slab of a level; false if it would be empty. `room`: by how much, along every axis,
  * anything may be off. */
-static bool fill(ss_group *g, ss_slab *slab, const ss_lod_light *lod, uint32_t k, double cells,
-                 double room) {
-    const ss_lod_level *level = &lod->lod->level[k];
+static bool fill(const ss_group *g, const rates *r, ss_slab *slab, const ss_lod_level *level,
+                 float cells, float room) {
+    const float off = (float)level->deviation / cells;
     float first = INFINITY, last = 0, end = INFINITY;
     bool any = false;
+    for (int i = 0; i < SS_LANES; i++) {
+        slab->t_near[i] = larger(r->cells[i] * off, g->t_safe);
+        slab->t_far[i] = g->t_far[i] - r->t[i] * room;
+    }
     for (uint32_t m = g->lanes; m; m &= m - 1) {
-        const unsigned lane = (unsigned)__builtin_ctz(m);
-        const rates r = rates_of(g, lane);
-        const double from = r.least * level->deviation / cells;
-        slab->t_near[lane] = fmaxf((float)from, g->t_safe);
-        slab->t_far[lane] = (float)(g->t_far[lane] - r.depth * room);
-        any |= slab->t_near[lane] < slab->t_far[lane];
-        first = fminf(first, slab->t_near[lane]), last = fmaxf(last, slab->t_near[lane]);
-        end = fminf(end, slab->t_far[lane]);
+        const int i = __builtin_ctz(m);
+        any |= slab->t_near[i] < slab->t_far[i];
+        first = smaller(first, slab->t_near[i]), last = larger(last, slab->t_near[i]);
+        end = smaller(end, slab->t_far[i]);
     }
     slab->t_floor = first - g->t_safe, slab->t_safe = last + g->t_safe;
     slab->t_beyond = end - g->t_safe;
     slab->t_until = slab->t_again = INFINITY;
-    slab->bvh = level->bvh, slab->outline = lod->outline[k], slab->skip_count = 0;
+    slab->bvh = level->bvh, slab->skip_count = 0;
     return any;
 }
 
-/* Finer slabs go on into coarser ones by what both may be off, so that nothing falls between. */
-static void join(ss_group *g, double room) {
-    double depth = 0;
-    for (uint32_t m = g->lanes; m; m &= m - 1) {
-        depth = fmax(depth, rates_of(g, (unsigned)__builtin_ctz(m)).depth);
-    }
-    const float more = (float)(2 * depth * room);
+/* Finer slabs go on into coarser ones by what both may be off, so that nothing falls between. What is
+ * so near the light that a level could put it behind is the casters' own business. */
+static void join(ss_group *g, float more) {
     for (uint32_t i = 0; i + 1 < g->slab_count; i++) {
         g->slabs[i].t_until = g->slabs[i + 1].t_safe + more;
     }
-    /* What is so near the light that a level could put it behind is the casters' own business. */
     g->slabs[0].t_again = g->slabs[1].t_beyond - more;
 }
 
@@ -85,24 +90,29 @@ static void set_full(ss_group *g) {
     g->slab_count = 1, g->blur = 0, g->blur_from = INFINITY;
 }
 
-double ss_group_set_slabs(ss_group *g, const ss_lod_light *lod, double cells) {
+double ss_group_set_slabs(ss_group *g, const ss_lod_light *lod, double stray) {
+    const double(*grid)[3] = (const double(*)[3])g->lattice->grid;
+    const double half = sqrt(fabs(grid[0][0] * grid[1][1] - grid[0][1] * grid[1][0]));
     double room = 0, worst = 0, used = 0;
+    rates r;
     set_full(g);
     if (!lod) return 0;
+    find_rates(g, &r);
     for (uint32_t k = 0; k < lod->lod->count; k++) {
-        room = fmax(room, lod->lod->level[k].deviation_max);
+        room = larger((float)room, (float)lod->lod->level[k].deviation_max);
     }
     for (uint32_t k = 0; k < lod->lod->count; k++) {
         const ss_lod_level *level = &lod->lod->level[k];
-        if (!fill(g, &g->slabs[g->slab_count], lod, k, cells, room)) break;
+        ss_slab *slab = &g->slabs[g->slab_count];
+        if (!fill(g, &r, slab, level, (float)(stray * half), (float)room)) break;
+        slab->outline = lod->outline[k];
         worst = fmax(worst, level->deviation_max / fmax(level->deviation, 1e-300));
         used = fmax(used, level->deviation_max);
         g->slab_count++;
     }
     if (g->slab_count == 1) return 0;
-    join(g, room);
-    const rates r = rates_of(g, (unsigned)__builtin_ctz(g->lanes));
+    join(g, 2 * r.most_t * (float)room);
     g->blur_from = g->slabs[1].t_floor;
-    g->blur = (float)(cells * worst * r.most / r.least);
+    g->blur = (float)(sqrt(2) * stray * half * worst); /* both axes of the grid */
     return used;
 }

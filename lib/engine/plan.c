@@ -64,6 +64,8 @@ static softshadow_status check_request(const softshadow_build *request) {
 #define WORST_ERROR 0.0120
 #define WORST_SLOPE 1.47
 #define AUTO_LEAST 256
+/* Where few edges cross the light a third of the samples is enough. */
+#define FEWER 3
 #define AUTO_MOST 65536
 
 static uint32_t samples_for(double tolerance) {
@@ -184,6 +186,7 @@ softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
     fill_params(&plan->params, request);
     if (is_auto(method) && !plan->params.samples) {
         plan->params.samples = samples_for(plan->params.tolerance);
+        plan->params.few = plan->params.samples / FEWER;
     }
     plan->needs = plan->technique->needs;
     if (plan->params.propagate) plan->needs &= ~plan->technique->spared;

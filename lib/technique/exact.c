@@ -68,7 +68,7 @@ static bool any_tested_blocks(const scratch *s, unsigned lane) {
 
 static void hide_tested(const scratch *s, unsigned lane, size_t direct_count, double t_end,
                         uint32_t *mask) {
-    const ss_lattice *samples = s->state->samples;
+    const ss_lattice *samples = s->group->lattice;
     const bool near = any_tested_blocks(s, lane);
     if (!near && !direct_count) return;
     for (uint32_t i = 0; i < samples->blocks * SS_BLOCK * 32; i++) {
@@ -85,7 +85,7 @@ static void hide_tested(const scratch *s, unsigned lane, size_t direct_count, do
 
 static float fraction(const scratch *s, const ss_view *view, const double *normal,
                       const uint32_t *mask) {
-    const ss_lattice *samples = s->state->samples;
+    const ss_lattice *samples = s->group->lattice;
     const uint32_t weighting = s->stage->params->weighting;
     if (weighting == SOFTSHADOW_UNIFORM) {
         return samples->total
@@ -161,13 +161,12 @@ static const double *normal_of(const exact *e, const ss_point *point, double out
 }
 
 static float finish(scratch *s, unsigned lane, const ss_point *point, size_t direct_count) {
-    const exact *e = s->state;
     const ss_view *view = &s->view[lane];
     double turned[3];
-    const double *normal = normal_of(e, point, turned);
+    const double *normal = normal_of(s->state, point, turned);
     uint32_t *mask = ss_group_mask(s->group, lane);
     hide_tested(s, lane, direct_count, view->t_end, mask);
-    if (normal) ss_bound_hide_below(e->samples, view, normal, mask);
+    if (normal) ss_bound_hide_below(s->group->lattice, view, normal, mask);
     return fraction(s, view, normal, mask);
 }
 
@@ -194,6 +193,7 @@ static bool finish_fast(scratch *s, unsigned lane, const ss_point *point, float 
 static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point *point,
                                        float *out) {
     const exact *e = s->state;
+    const ss_lattice *usual = s->group->lattice;
     double turned[3];
     size_t count = 0;
     const softshadow_status status = gather_direct(s, lane, &count);
@@ -201,9 +201,11 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
     if (e->light.point) {
         *out = hard(s, lane, normal_of(e, point, turned), count);
     } else {
+        s->group->lattice = e->samples;
         memcpy(ss_group_mask(s->group, lane), e->samples->outside,
                e->samples->blocks * SS_BLOCK * sizeof(uint32_t));
         *out = finish(s, lane, point, count);
+        s->group->lattice = usual;
     }
     return SOFTSHADOW_OK;
 }
@@ -213,7 +215,7 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
 static softshadow_status draw(scratch *s, double reach) {
     ss_group *g = s->group;
     s->state->kernel->depths(g, reach);
-    const double strays = ss_group_set_slabs(g, s->stage->lod, s->slab_cells);
+    const double strays = ss_group_set_slabs(g, s->stage->lod, s->stray);
     if (g->marks && strays > 0) { /* of the casters themselves, and around them */
         ss_group_widen(g, strays);
         g->slab_count = 1, g->slabs[0].t_until = INFINITY;
@@ -227,26 +229,20 @@ static softshadow_status draw(scratch *s, double reach) {
     }
 }
 
-/* The group is enclosed already, by its points as they were given. */
-static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out) {
-    const exact *e = s->state;
+/* Draws the group's lanes and answers those for which its samples are enough. Gives the others. */
+static softshadow_status answer_drawn(scratch *s, const ss_point *points, double reach, float *out,
+                                      uint32_t *others) {
     ss_group *g = s->group;
-    double reach;
-    ss_exact_set_up(s, points, n, &reach);
-    if (e->light.point) g->lanes = 0;
-    for (uint32_t m = ((1u << n) - 1) & ~g->lanes; m; m &= m - 1) {
-        const unsigned lane = (unsigned)__builtin_ctz(m);
-        ss_exact_view(s, lane);
-        out[lane] = 1;
-        if (s->view[lane].inside && !e->light.point) continue;
-        const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
-        if (status) return status;
-    }
-    if (!g->lanes) return SOFTSHADOW_OK;
+    const bool last = g->lattice == s->state->samples;
+    *others = 0;
     const softshadow_status status = draw(s, reach);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
+        if (!last && !((g->lit | g->dark) >> lane & 1) && g->rough[lane] > s->state->rough) {
+            *others |= 1u << lane;
+            continue;
+        }
         if (finish_fast(s, lane, &points[lane], &out[lane])) continue;
         ss_exact_view(s, lane);
         for (uint32_t i = 0; i < g->listed_count; i++) {
@@ -257,9 +253,50 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     return SOFTSHADOW_OK;
 }
 
+/* Where most groups of this range have needed all samples, foliage for one, the next will. */
+static const ss_lattice *first_samples(scratch *s) {
+    const bool vain = s->failed > 2 && 2 * s->failed > s->tried;
+    if (!s->state->few || vain) return s->state->samples;
+    s->tried++;
+    return s->state->few;
+}
+
+/* The group is enclosed already, by its points as they were given. *fine: which of them needed all of
+ * the samples. */
+static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out,
+                                      uint32_t *fine) {
+    const exact *e = s->state;
+    ss_group *g = s->group;
+    double reach;
+    g->lattice = first_samples(s);
+    const bool all = g->lattice == e->samples;
+    ss_exact_set_up(s, points, n, &reach);
+    if (e->light.point) g->lanes = 0;
+    *fine = ((1u << n) - 1) & (all ? ~0u : ~g->lanes);
+    for (uint32_t m = ((1u << n) - 1) & ~g->lanes; m; m &= m - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(m);
+        ss_exact_view(s, lane);
+        out[lane] = 1;
+        if (s->view[lane].inside && !e->light.point) continue;
+        const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
+        if (status) return status;
+    }
+    if (!g->lanes) return SOFTSHADOW_OK;
+    uint32_t others;
+    softshadow_status status = answer_drawn(s, points, reach, out, &others);
+    if (status || !others) return status;
+    *fine |= others;
+    s->failed++;
+    g->lattice = e->samples;
+    e->kernel->view(g, &e->light, s->views);
+    g->lanes = others;
+    return answer_drawn(s, points, reach, out, &others);
+}
+
 /* As answer_group(), but for one point, and only how wrong that can be: which edges cancel depends
  * on the group, and a bound shall not. */
-static softshadow_status find_bound(scratch *s, const ss_point *point, float *out) {
+static softshadow_status find_bound(scratch *s, const ss_point *point, const ss_lattice *lattice,
+                                    float *out) {
     const exact *e = s->state;
     ss_group *g = s->group;
     double turned[3], reach;
@@ -271,20 +308,21 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, float *ou
         *out = 0;
         return SOFTSHADOW_OK;
     }
+    g->lattice = lattice;
     ss_exact_set_up(s, point, 1, &reach);
     ss_exact_view(s, 0);
-    uint32_t *wide = s->marks + (size_t)e->samples->blocks * SS_BLOCK;
+    uint32_t *wide = s->marks + (size_t)lattice->blocks * SS_BLOCK;
     *out = e->light.point || s->view->inside ? 0 : 1;
     if (e->light.point || !g->lanes || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
-    memset(s->marks, 0, 2 * (size_t)e->samples->blocks * SS_BLOCK * sizeof *s->marks);
+    memset(s->marks, 0, 2 * (size_t)lattice->blocks * SS_BLOCK * sizeof *s->marks);
     g->marks = s->marks;
     const softshadow_status status = draw(s, reach);
     g->marks = NULL;
     if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
     if (normal && !ss_light_above(s->stage->light, s->contact[0].p, point->normal)) {
-        ss_bound_mark_horizon(e->samples, s->view, normal, s->marks, wide);
+        ss_bound_mark_horizon(lattice, s->view, normal, s->marks, wide);
     }
-    *out = ss_bound_sum(e->samples, &e->light, s->view, s->stage->params->weighting, normal,
+    *out = ss_bound_sum(lattice, &e->light, s->view, s->stage->params->weighting, normal,
                         s->marks, wide);
     return SOFTSHADOW_OK;
 }
@@ -302,9 +340,12 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
         return SOFTSHADOW_OK;
     }
     if (n <= SS_LANES) {
-        softshadow_status status = answer_group(s, points, (unsigned)n, out);
+        const exact *e = s->state;
+        uint32_t fine;
+        softshadow_status status = answer_group(s, points, (unsigned)n, out, &fine);
         for (size_t i = 0; i < n && bound && !status; i++) {
-            status = find_bound(s, &points[i], &bound[i]);
+            const bool few = e->few && !(fine >> i & 1);
+            status = find_bound(s, &points[i], few ? e->few : e->samples, &bound[i]);
         }
         return status;
     }

@@ -10,6 +10,8 @@
 
 typedef struct exact {
     ss_lattice *samples;
+    ss_lattice *few; /* tried first, or NULL: they do where little of the light's outline is cut ... */
+    uint32_t rough;  /* ... into: up to so many neighbours of which one is seen and the other not */
     ss_outline *outline;
     ss_light light; /* with its axes in summing order */
     uint8_t axis[3];
@@ -36,8 +38,9 @@ typedef struct scratch {
     uint32_t *triangles;
     size_t direct_room;
     double size;     /* largest coordinate of the casters as the host gave them, local units */
-    double slab_cells; /* of the lattice: how far beside the casters a coarser scene may be seen */
     uint64_t settled; /* points answered by whole groups */
+    uint32_t tried, failed; /* groups that began with few samples; those of them that needed more */
+    double stray;    /* how far beside the casters a coarser scene may be seen: half-widths of the light */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 

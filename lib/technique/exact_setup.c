@@ -28,21 +28,15 @@ static double host_size(const ss_world *world, const double low[3], const double
 }
 
 /* How far beside the casters a coarser scene may be seen, in half-widths of the light over the
- * tolerance: a twelfth of one at 1/256. Twice that adds an RMS error of .004 there (bunny, medium
+ * tolerance: a thirteenth of one at 1/256. Twice that adds an RMS error of .004 there (bunny, medium
  * light), more than the tolerance allows, and saves a tenth of the time; this adds .0015. */
-#define STRAY 23.0
-
-static double slab_cells(const ss_stage *stage, const ss_lattice *samples) {
-    const double(*g)[3] = (const double(*)[3])samples->grid;
-    const double half = sqrt(fabs(g[0][0] * g[1][1] - g[0][1] * g[1][0]));
-    return STRAY * stage->params->tolerance * half;
-}
+#define STRAY 20.0
 
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena) {
     double bounds[6];
     for (int k = 0; k < 6; k++) bounds[k] = stage->world->bounds[k];
     *s = (scratch){.stage = stage, .state = e, .arena = arena};
-    s->slab_cells = slab_cells(stage, e->samples);
+    s->stray = STRAY * stage->params->tolerance;
     s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && e->samples->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);

@@ -28,6 +28,7 @@ enum {
 /* The build as asked, every default filled in, lengths in the host's unit. */
 typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */
+    uint32_t few;          /* samples to try first, where they may do; 0: none */
     uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed, propagate;
     uint32_t bounded;      /* are bounds given? */
     double tolerance, depth_bias, smoothie_width;

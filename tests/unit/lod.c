@@ -16,7 +16,7 @@
 #include "topology/topology.h"
 #include "trace/lod.h"
 
-#define CELLS 1.5
+#define STRAY 0.1 /* half-widths of the light */
 
 typedef struct stand {
     ss_scene scene;
@@ -165,7 +165,8 @@ static void slabs_begin_where_a_level_is_good_enough(void **unused) {
     static ss_group group; /* aligned as vectors need it */
     ss_group *g = &group;
     set_lanes(g, &s, lattice);
-    const double strays = ss_group_set_slabs(g, s.lent, CELLS);
+    const double strays = ss_group_set_slabs(g, s.lent, STRAY);
+    const double cells = STRAY * sqrt(768 / 4.0); /* the light is a square of two half-widths */
     assert_true(g->slab_count > 1 && strays > 0 && g->blur > 0);
     for (uint32_t i = 1; i < g->slab_count; i++) {
         const ss_lod_level *level = &s.lod->level[i - 1];
@@ -174,9 +175,9 @@ static void slabs_begin_where_a_level_is_good_enough(void **unused) {
         assert_int_equal(slab->skip_count, 0);
         for (unsigned lane = 0; lane < SS_LANES; lane++) {
             const double t = slab->t_near[lane];
-            /* By its deviation within CELLS along each axis of the grid; by the largest within the
-             * blur. Depth changes with the place, too: of second order. */
-            assert_true(moves(g, &s, lane, t, level->deviation) < 1.1 * sqrt(2) * CELLS);
+            /* By its deviation within so many cells along each axis of the grid; by the largest within
+             * the blur. Depth changes with the place, too: of second order. */
+            assert_true(moves(g, &s, lane, t, level->deviation) < 1.1 * sqrt(2) * cells);
             assert_true(moves(g, &s, lane, t, level->deviation_max) < 1.1 * (double)g->blur);
             /* No gap to the next finer, nor to the light. */
             assert_true(g->slabs[i - 1].t_until > slab->t_near[lane]);
