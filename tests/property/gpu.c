@@ -140,6 +140,105 @@ static void test_alike(void **state) {
     }
 }
 
+/* What the defaults leave out: every branch of the texts. */
+static void one_variant(const char *method, const char *what, softshadow_build build,
+                        softshadow_light light) {
+    size_t scenes;
+    const struct scene *s = &scene_list(&scenes)[1];
+    scene_mesh mesh = s->make();
+    place_points(&mesh, s->low, s->high);
+    ask cpu = question(method, &mesh, s, &light, SOFTSHADOW_CPU), gpu;
+    build.resolution = cpu.build.resolution;
+    cpu.build = build, gpu = cpu;
+    gpu.build.backend = SOFTSHADOW_EGL;
+    ask_do(&cpu), ask_do(&gpu);
+    const difference d = compare(cpu.visibility, gpu.visibility, POINTS);
+    print_message("%-16s %-26s rms %.2e max %.2e\n", method, what, d.rms, d.max);
+    CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
+    CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, what, d.rms);
+    /* Few samples start at the corner of what the point looks at. Where that is on a texel's edge,
+     * floats and doubles may begin a texel apart, and every sample with them: two of their shares. */
+    const double most = build.max_samples ? fmax(2.0 / build.max_samples, 1.0 / 16) : 1.0 / 16;
+    CHECK(d.max <= most, "%s, %s: max %g", method, what, d.max);
+    ask_free(&cpu), ask_free(&gpu);
+    scene_free(&mesh);
+}
+
+static void test_variants(void **state) {
+    (void)state;
+    static const float rim[] = {1, .9f, .7f, .3f};
+    const softshadow_build plain = SOFTSHADOW_BUILD_INIT;
+    softshadow_light sphere = scene_sphere_light(1, 2, 5, .3), dark = sphere;
+    const softshadow_light sun = scene_sun_light(.3, .2, -1, .02);
+    dark.profile = rim, dark.profile_count = COUNT(rim);
+    softshadow_light turned = scene_rect_light(0, 0, 5, .4, .2);
+    turned.u[0] = .3, turned.u[1] = .3, turned.v[0] = -.1, turned.v[1] = .1, turned.v[2] = .1;
+    softshadow_build b = plain;
+    b.max_samples = 16;
+    one_variant("pcf", "bicubic", b, sphere);
+    one_variant("pcss", "16 samples", b, sphere);
+    one_variant("backprojection", "16 samples", b, sphere);
+    b = plain, b.layers = 1;
+    one_variant("backprojection", "one layer", b, sphere);
+    b.falloff = SOFTSHADOW_FALLOFF_PAPER;
+    one_variant("backprojection", "gaps filled", b, sphere);
+    one_variant("backprojection", "profile", plain, dark);
+    one_variant("pcss", "profile", plain, dark);
+    one_variant("backprojection", "turned rect", plain, turned);
+    one_variant("pcss", "turned rect", plain, turned);
+    b = plain, b.smoothie_width = .05;
+    one_variant("smoothie", "a width", b, sphere);
+    one_variant("smoothie", "a width under a sun", b, sun);
+    b = plain, b.falloff = SOFTSHADOW_FALLOFF_PAPER;
+    const char *const paper[] = {"smoothie", "penumbra-map", "penumbra-volume", "penumbra-limit", "single-sample"};
+    for (size_t i = 0; i < COUNT(paper); i++) {
+        one_variant(paper[i], "paper", b, sphere);
+        one_variant(paper[i], "profile", plain, dark);
+    }
+    b = plain, b.propagate = 1;
+    one_variant("penumbra-limit", "propagated", b, sphere);
+    b = plain, b.depth_bias = .01;
+    one_variant("hard", "depth_bias", b, sphere);
+}
+
+/* A build with several lights, normals and an opacity texture: what C adds to a GPU's answers. */
+static void test_texture(void **state) {
+    (void)state;
+    static uint8_t holes[8 * 8];
+    static float uv[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, v[2][2][POINTS];
+    static float normals[POINTS][3];
+    scene_mesh plate = {0};
+    scene_rect(&plate, -1, 1, -1, 1, 1);
+    scene_grid(points, N, -2, 2, -2, 2, 0);
+    for (int i = 0; i < 64; i++) holes[i] = (i + i / 8) % 2 ? 255 : 0;
+    for (int i = 0; i < POINTS; i++) normals[i][2] = 1, normals[i][0] = (float)i / POINTS;
+    for (uint32_t backend = SOFTSHADOW_CPU; backend <= SOFTSHADOW_EGL; backend++) {
+        softshadow *handle;
+        softshadow_mesh mesh = ask_mesh(&plate);
+        mesh.opacity = (softshadow_texture){8, 8, holes};
+        mesh.opacity_threshold = .5f, mesh.uvs = &uv[0][0];
+        OK(NULL, softshadow_create(&handle, NULL));
+        OK(handle, softshadow_add_mesh(handle, &mesh, NULL));
+        const softshadow_light light[] = {scene_sphere_light(0, 0, 4, .2), scene_sphere_light(3, 0, 1, .5)};
+        OK(handle, softshadow_add_light(handle, &light[0], NULL));
+        OK(handle, softshadow_add_light(handle, &light[1], NULL));
+        softshadow_build build = SOFTSHADOW_BUILD_INIT;
+        build.method = "hard", build.resolution = 256, build.backend = backend;
+        OK(handle, softshadow_build_maps(handle, &build));
+        for (uint32_t l = 0; l < 2; l++) {
+            softshadow_points batch = ask_points((const double(*)[3])points, POINTS);
+            batch.light = l, batch.normals = &normals[0][0];
+            OK(handle, softshadow_query_visibility(handle, &batch, v[backend][l]));
+        }
+        softshadow_destroy(handle);
+    }
+    for (int l = 0; l < 2; l++) ask_same_bits(v[0][l], v[1][l], POINTS, "holes, normals, two lights");
+    size_t lit = 0;
+    for (int i = 0; i < POINTS; i++) lit += v[1][0][i] > 0;
+    CHECK(lit > POINTS / 2 && lit < POINTS, "%zu points lit", lit);
+    scene_free(&plate);
+}
+
 /* Built and asked twice, and asked in parts. */
 static void test_stable(void **state) {
     const char *method = *state;
@@ -188,7 +287,9 @@ static void test_unsupported(void **state) {
 int main(void) {
     gpu_required();
     const ask_test tests[] = {{"CPU and GPU", test_alike, gpu_runs}, {"stable", test_stable, gpu_runs}};
-    const struct CMUnitTest others[] = {cmocka_unit_test(test_unsupported)};
+    const struct CMUnitTest others[] = {cmocka_unit_test(test_variants),
+                                        cmocka_unit_test(test_texture),
+                                        cmocka_unit_test(test_unsupported)};
     const int failed = ask_run("gpu", tests, COUNT(tests));
     return cmocka_run_group_tests(others, NULL, NULL) + failed;
 }
