@@ -1,4 +1,4 @@
-EXTRA_DIST += %D%/results.csv
+EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv
 # Built by name only: make tests/bench/decimate
 EXTRA_PROGRAMS += tests/bench/decimate
 tests_bench_decimate_SOURCES = %D%/decimate.cc

@@ -57,6 +57,30 @@ for word in '"file": "closed.obj"' '"closed": true' '"closed": false' '"nonmanif
 done
 if [ -n "$PYTHON" ]; then "$PYTHON" -m json.tool out >/dev/null || fail 'no JSON'; fi
 
+# What is here, and why not: no driver, no such device, too old an OpenGL.
+egl() { sed -n '/^egl$/,$p' out; }
+info --backends || fail "status $?"
+line device '[a-z0-9]+'
+grep -Eq '^  methods +exact, raytrace, hard' out || fail 'the CPU has every method'
+here=no; egl | grep -q '^  device ' && here=yes
+egl | grep -Eq '^  (device|not here) +[^ ]' || fail 'neither here nor why not'
+egl | grep -q 'methods .*hard' && ! egl | grep -q exact || fail 'methods of the GPU'
+info --backends closed.obj; [ $? -eq 2 ] || fail 'backends of a mesh'
+info --backends --json || fail 'JSON'
+if [ -n "$PYTHON" ]; then "$PYTHON" -m json.tool out >/dev/null || fail 'no JSON'; fi
+not_here() { # not_here WORDS: the status is 0, the line has them
+    info --backends || fail "status $?"
+    egl | grep -Eq "^  not here +.*$1" || fail "no '$1'"
+}
+if [ $here = yes ]; then
+    (export SOFTSHADOW_EGL_DEVICE=99; not_here 'SOFTSHADOW_EGL_DEVICE: "99", must be') || exit 1
+    (export SOFTSHADOW_EGL_DEVICE=x; not_here 'SOFTSHADOW_EGL_DEVICE: "x", must be') || exit 1
+    if egl | grep -q Mesa; then # environment of glvnd and of Mesa
+        (export __EGL_VENDOR_LIBRARY_FILENAMES=/nowhere; not_here 'EGL: no device') || exit 1
+        (export MESA_GL_VERSION_OVERRIDE=3.3; not_here 'too old: EGL_') || exit 1
+    fi
+fi
+
 # Wrong usage is 2, and then nothing is on stdout.
 info; [ $? -eq 2 ] || fail 'no mesh'
 info closed.obj --light sphere:0,0,1,-1; [ $? -eq 2 ] || fail 'a negative radius'
