@@ -10,5 +10,6 @@ int cli_bench(int argc, char **argv);
 int cli_render(int argc, char **argv);
 int cli_maps(int argc, char **argv);
 int cli_explain(int argc, char **argv);
+int cli_povray(int argc, char **argv);
 
 #endif

@@ -39,3 +39,4 @@ include %D%/query/local.mk
 include %D%/bench/local.mk
 include %D%/render/local.mk
 include %D%/explain/local.mk
+include %D%/povray/local.mk

@@ -3,3 +3,4 @@ EXTRA_DIST += %D%/README.md
 include %D%/python/local.mk
 include %D%/oiio/local.mk
 include %D%/blender/local.mk
+include %D%/povray/local.mk

@@ -19,7 +19,6 @@ typedef struct job {
     const char *files[MOST_FILES];
     image_format formats[MOST_FILES];
     uint32_t file_count;
-    uint32_t scene_aov; /* of scene files: a PNG may go without it */
 } job;
 
 /* ---- Options --------------------------------------------------------------------------------*/
@@ -37,7 +36,7 @@ static bool take_file(void *into, const char *value, cli_error *error) {
     return true;
 }
 
-static bool parse(job *j, int argc, char **argv, char ***operands, int *count, int *status) {
+static bool parse(job *j, int argc, char **argv, int *status) {
     static const char *const headings[] = {"Files", "Picture", "Lights and method", "Running"};
     cli_option own[REQUEST_TABLE], build[CLI_BUILD_TABLE], run[CLI_RUN_TABLE];
     const cli_option files[] = {
@@ -70,46 +69,7 @@ static bool parse(job *j, int argc, char **argv, char ***operands, int *count, i
                 "  softshadow render bunny.softshadow --size 320x240 -o small.png\n"};
     request_table(&j->request, own);
     cli_build_options_tables(&j->request.build, build, run);
-    return cli_options_parse(&command, argc, argv, operands, count, status);
-}
-
-/* Options before operands: a scene's own options must be there before those that win over them, so
- * the command line is read twice when it names a scene. Reading moves operands in argv. */
-static bool read_scenes(job *j, int argc, char **argv, char *const *again, char ***operands,
-                        int *count, int *status) {
-    bool any = false;
-    for (int i = 0; i < *count; i++) any = any || request_is_scene((*operands)[i]);
-    if (!any) return true;
-    cli_error error;
-    request_free(&j->request);
-    *j = (job){.file_count = 0};
-    request_init(&j->request);
-    for (int i = 0; i < *count; i++)
-        if (request_is_scene((*operands)[i]) &&
-            !request_read(&j->request, (*operands)[i], &error)) {
-            *status = cli_options_complain("render", &error);
-            return false;
-        }
-    j->scene_aov = j->request.aov;
-    memcpy(argv, again, (size_t)argc * sizeof *argv);
-    return parse(j, argc, argv, operands, count, status);
-}
-
-static bool read_arguments(job *j, int argc, char **argv, int *status) {
-    char **operands, **again = malloc((size_t)argc * sizeof *again);
-    int count = 0;
-    cli_error error;
-    bool fine = again || cli_fail(&error, CLI_FAILED, "memory ran out");
-    if (!fine) return *status = cli_options_complain("render", &error), false;
-    memcpy(again, argv, (size_t)argc * sizeof *argv);
-    fine = parse(j, argc, argv, &operands, &count, status) &&
-           read_scenes(j, argc, argv, again, &operands, &count, status);
-    free(again);
-    for (int i = 0; fine && i < count; i++)
-        if (!request_is_scene(operands[i]) &&
-            !(fine = request_add_mesh(&j->request, "", operands[i], &error)))
-            *status = cli_options_complain("render", &error);
-    return fine;
+    return request_arguments(&j->request, j, sizeof *j, &command, argc, argv, status);
 }
 
 static bool check(job *j, cli_error *error) {
@@ -119,7 +79,7 @@ static bool check(job *j, cli_error *error) {
     if (!j->file_count) return cli_fail(error, CLI_USAGE, "-o FILE.exr or FILE.png is missing");
     bool room = false;
     for (uint32_t i = 0; i < j->file_count; i++) room |= j->formats[i] != IMAGE_PNG;
-    if ((j->request.aov & ~j->scene_aov) && !room)
+    if ((j->request.aov & ~j->request.scene_aov) && !room)
         return cli_fail(error, CLI_USAGE,
                         "--aov: a PNG has no room for it, -o FILE.exr is allowed");
     return request_finish(&j->request, error);
@@ -237,7 +197,7 @@ int cli_render(int argc, char **argv) {
     request_init(&j->request);
     int status = 0;
     cli_error error;
-    if (read_arguments(j, argc, argv, &status) && !(check(j, &error) && run(j, &error)))
+    if (parse(j, argc, argv, &status) && !(check(j, &error) && run(j, &error)))
         status = cli_options_complain("render", &error);
     request_free(&j->request);
     free(j);

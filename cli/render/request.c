@@ -351,3 +351,68 @@ bool request_read(request *r, const char *path, cli_error *error) {
     cli_input_close(&input);
     return done;
 }
+
+/* ---- Arguments ------------------------------------------------------------------------------*/
+
+typedef struct reading { /* of one command line, which reading changes */
+    void *job, *job_before;
+    size_t job_size;
+    const cli_command *command;
+    char **argv, **argv_before, **operands;
+    int argc, count;
+} reading;
+
+/* A scene's own options must be there before those that win over them, so the command line is read
+ * again when it names a scene. */
+static bool read_scenes(request *r, reading *in, int *status) {
+    bool any = false;
+    cli_error error;
+    for (int i = 0; i < in->count; i++) any = any || request_is_scene(in->operands[i]);
+    if (!any) return true;
+    request_free(r);
+    memcpy(in->job, in->job_before, in->job_size);
+    for (int i = 0; i < in->count; i++)
+        if (request_is_scene(in->operands[i]) && !request_read(r, in->operands[i], &error)) {
+            *status = cli_options_complain(in->command->name, &error);
+            return false;
+        }
+    r->scene_aov = r->aov;
+    memcpy(in->argv, in->argv_before, (size_t)in->argc * sizeof *in->argv);
+    return cli_options_parse(in->command, in->argc, in->argv, &in->operands, &in->count, status);
+}
+
+static bool read_all(request *r, reading *in, int *status) {
+    cli_error error;
+    if (!in->job_before || !in->argv_before) {
+        cli_fail(&error, CLI_FAILED, "memory ran out");
+        *status = cli_options_complain(in->command->name, &error);
+        return false;
+    }
+    memcpy(in->job_before, in->job, in->job_size);
+    memcpy(in->argv_before, in->argv, (size_t)in->argc * sizeof *in->argv);
+    if (!cli_options_parse(in->command, in->argc, in->argv, &in->operands, &in->count, status) ||
+        !read_scenes(r, in, status))
+        return false;
+    for (int i = 0; i < in->count; i++)
+        if (!request_is_scene(in->operands[i]) &&
+            !request_add_mesh(r, "", in->operands[i], &error)) {
+            *status = cli_options_complain(in->command->name, &error);
+            return false;
+        }
+    return true;
+}
+
+bool request_arguments(request *r, void *job, size_t job_size, const cli_command *command, int argc,
+                       char **argv, int *status) {
+    reading in = {.job = job,
+                  .job_before = malloc(job_size),
+                  .job_size = job_size,
+                  .command = command,
+                  .argv = argv,
+                  .argv_before = malloc((size_t)argc * sizeof *argv),
+                  .argc = argc};
+    const bool fine = read_all(r, &in, status);
+    free(in.job_before);
+    free(in.argv_before);
+    return fine;
+}

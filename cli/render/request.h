@@ -26,6 +26,7 @@ typedef struct request {
     cli_build_options build;
     double ground; /* NAN: none, INFINITY: under the meshes */
     uint32_t aov, shading, up;
+    uint32_t scene_aov; /* of aov, what scene files asked for */
     double exposure;
     char **meshes;
     uint32_t mesh_count;
@@ -46,6 +47,11 @@ bool request_set(request *r, const char *folder, const char *name, const char *v
 
 /* Reads a scene file on top of what is set. Messages begin with FILE:LINE. */
 bool request_read(request *r, const char *path, cli_error *error);
+
+/* Parses a command's arguments: operands are scene files and meshes, options win over scenes.
+ *   job  what the command's tables point into, r included; nothing in it is owned yet */
+bool request_arguments(request *r, void *job, size_t job_size, const cli_command *command, int argc,
+                       char **argv, int *status);
 
 /* Whether a name is one of a scene file, by its end; whether 16 bytes begin one. */
 bool request_is_scene(const char *path);

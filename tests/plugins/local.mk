@@ -1,3 +1,4 @@
 include %D%/python/local.mk
 include %D%/oiio/local.mk
 include %D%/blender/local.mk
+include %D%/povray/local.mk
