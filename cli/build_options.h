@@ -6,7 +6,7 @@
 
 #include "options.h"
 
-enum { CLI_MOST_LIGHTS = 64, CLI_BUILD_TABLE = 17, CLI_RUN_TABLE = 8 };
+enum { CLI_MOST_LIGHTS = 64, CLI_BUILD_TABLE = 18, CLI_RUN_TABLE = 8 };
 
 typedef struct cli_build_options {
     softshadow_build build;
