@@ -130,6 +130,7 @@ typedef struct measuring {
     const ss_frame *frame;
     const ss_world *world;
     const extent *region; /* only casters that can shadow it; NULL: all */
+    double opening;       /* tangent of what the frame sees; only casters that reach into it */
     bool cut;             /* some vertex lies before the near plane */
     pthread_mutex_t lock;
     extent sum;
@@ -172,6 +173,24 @@ static void join(extent *sum, const extent *e) {
     sum->empty &= e->empty;
 }
 
+/* Is it beside what the frame sees, by more than the light's radius? Whatever goes from the light to a
+ * point in view then passes it by. */
+static bool beside(const measuring *m, double p[3][3]) {
+    const ss_frame *f = m->frame;
+    if (!(f->inverse > 0)) return false;
+    const double radius = f->rate / f->inverse, far = radius * hypot(1, m->opening);
+    uint32_t out = 31; /* right, left, above, below, behind: of all corners so far */
+    for (int i = 0; i < 3; i++) {
+        double d[3];
+        ss_sub(p[i], f->origin, d);
+        const double x = ss_dot(d, f->x), y = ss_dot(d, f->y), z = ss_dot(d, f->z) + 1 / f->inverse;
+        const double most = m->opening * z + far;
+        out &= (uint32_t)(x > most) | (uint32_t)(-x > most) << 1 | (uint32_t)(y > most) << 2 |
+               (uint32_t)(-y > most) << 3 | (uint32_t)(z < -radius) << 4;
+    }
+    return out;
+}
+
 static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t end) {
     measuring *m = ctx;
     extent e = no_extent;
@@ -182,6 +201,7 @@ static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t e
             for (int k = 0; k < 3; k++) p[i][k] = f[k];
         }
         extent one = no_extent;
+        if (beside(m, p)) continue;
         for (int i = 0; i < 3; i++) {
             extend(&one, m->frame, p[i]);
             if (!m->cut) continue;
@@ -197,8 +217,8 @@ static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t e
 /* Of the casters themselves, as the corners of their box can be far outside, and of those only that
  * can shadow the region. What lies before the near plane is clipped away. */
 static extent extent_of_casters(const ss_frame *frame, const ss_world *world, const extent *region,
-                                ss_pool *pool) {
-    measuring m = {.frame = frame, .world = world, .sum = no_extent};
+                                double opening, ss_pool *pool) {
+    measuring m = {.frame = frame, .world = world, .opening = opening, .sum = no_extent};
     pthread_mutex_init(&m.lock, NULL);
     ss_parallel_for(pool, world->vertex_count, 16384, measure_vertices, &m);
     m.cut = m.sum.cut;
@@ -290,7 +310,8 @@ static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, d
     }
     region.high[2] = frame->far_h;
     if (region.empty) return false;
-    extent need = extent_of_casters(frame, fit->world, fit->bounded ? &region : NULL, pool);
+    extent need = extent_of_casters(frame, fit->world, fit->bounded ? &region : NULL, opening,
+                                    pool);
     if (need.empty || need.low[2] > frame->far_h) return false;
     frame->near_h = need.low[2];
     double most = frame->rate * (frame->far_h - frame->near_h);

@@ -37,7 +37,7 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit
+map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit %D%/maps_skip
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
@@ -50,6 +50,8 @@ TESTS += $(map_proofs)
 %C%_maps_cournia_LDADD = $(PROOF_LIBS)
 %C%_maps_limit_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_limit_LDADD = $(PROOF_LIBS)
+%C%_maps_skip_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_skip_LDADD = $(PROOF_LIBS)
 endif
 
 # The same on a GPU: Mesa's llvmpipe does as one.
