@@ -12,8 +12,10 @@ static void methods_of(cli_text *out, uint32_t backend, bool json) {
         if (softshadow_method_info(i, &method) != SOFTSHADOW_OK) continue;
         if (!(method.backends & 1u << backend)) continue;
         cli_text_printf(out, shown++ ? ", " : "");
-        if (json) cli_text_json(out, method.name);
-        else cli_text_printf(out, "%s", method.name);
+        if (json)
+            cli_text_json(out, method.name);
+        else
+            cli_text_printf(out, "%s", method.name);
     }
 }
 
@@ -33,8 +35,8 @@ static void as_text(cli_text *out, uint32_t backend, const softshadow_backend *i
 static void as_json(cli_text *out, uint32_t backend, const softshadow_backend *info) {
     cli_text_printf(out, "%s\n  {\"name\": ", backend ? "," : "");
     cli_text_json(out, info->name);
-    cli_text_printf(out, ", \"available\": %s, \"device\": ",
-                    info->status == SOFTSHADOW_OK ? "true" : "false");
+    cli_text_printf(
+        out, ", \"available\": %s, \"device\": ", info->status == SOFTSHADOW_OK ? "true" : "false");
     cli_text_json(out, info->device);
     cli_text_printf(out, ", \"version\": ");
     cli_text_json(out, info->version);

@@ -30,8 +30,8 @@ static inline void gpu_required(void) {
 static inline bool gpu_runs(const char *method) {
     char message[512];
     const softshadow_status status = gpu_try(method, message);
-    CHECK(status == SOFTSHADOW_OK || (status == SOFTSHADOW_E_UNSUPPORTED && *message),
-          "%s: %s", method, message);
+    CHECK(status == SOFTSHADOW_OK || (status == SOFTSHADOW_E_UNSUPPORTED && *message), "%s: %s",
+          method, message);
     return status == SOFTSHADOW_OK;
 }
 

@@ -1,5 +1,5 @@
-/* softshadow bench --backend egl: each method that runs on the GPU, built and asked there and on the
- * CPU. Wall times, medians; geometry is ready, so that a build is its maps. */
+/* softshadow bench --backend egl: each method that runs on the GPU, built and asked there and on
+ * the CPU. Wall times, medians; geometry is ready, so that a build is its maps. */
 #include "backends.h"
 
 #include <math.h>
@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <softshadow.h>
 #include "../output.h"
 #include "clock.h"
+#include <softshadow.h>
 
 enum { MOST_REPEATS = 31 };
 
@@ -100,9 +100,14 @@ static void print_row(const duel *d, const char *method, const timing t[2], cli_
         const double by = fabs((double)d->answers[0][i] - d->answers[1][i]);
         sum += by * by, max = fmax(max, by);
     }
-    const double rms = sqrt(sum / (double)n), numbers[] = {
-        1e3 * t[0].build, 1e3 * t[1].build, 1e3 * t[1].build_copies, per_million * t[0].query,
-        per_million * t[1].query, per_million * t[1].query_copies, rms, max};
+    const double rms = sqrt(sum / (double)n), numbers[] = {1e3 * t[0].build,
+                                                           1e3 * t[1].build,
+                                                           1e3 * t[1].build_copies,
+                                                           per_million * t[0].query,
+                                                           per_million * t[1].query,
+                                                           per_million * t[1].query_copies,
+                                                           rms,
+                                                           max};
     printf("%-16s %9.1f %9.1f %8.1f   %9.1f %9.1f %8.1f   %.5f %.5f\n", method, numbers[0],
            numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], rms, max);
     fflush(stdout);
@@ -130,7 +135,8 @@ static bool all_methods(duel *d, const char *device, cli_text *times) {
 /* The device's name without commas. */
 static bool find_device(char name[128], cli_error *error) {
     softshadow_backend info = SOFTSHADOW_BACKEND_INIT;
-    if (softshadow_backend_info(SOFTSHADOW_EGL, &info) != SOFTSHADOW_OK || info.status != SOFTSHADOW_OK)
+    if (softshadow_backend_info(SOFTSHADOW_EGL, &info) != SOFTSHADOW_OK ||
+        info.status != SOFTSHADOW_OK)
         return cli_fail(error, CLI_FAILED, "--backend egl: %s", info.why ? info.why : "not here");
     snprintf(name, 128, "%s", info.device);
     for (char *at = name; *at; at++) *at = *at == ',' ? ';' : *at;
@@ -139,10 +145,11 @@ static bool find_device(char name[128], cli_error *error) {
 
 static bool save(const cli_text *text, const char *path, cli_error *error) {
     cli_output output = {.fd = -1};
-    const bool fine = !text->failed ? cli_output_open(&output, path, error) &&
-                                          cli_output_write(&output, text->begin, text->length, error) &&
-                                          cli_output_commit(&output, error)
-                                    : cli_fail(error, CLI_FAILED, "memory ran out");
+    const bool fine = !text->failed
+                          ? cli_output_open(&output, path, error) &&
+                                cli_output_write(&output, text->begin, text->length, error) &&
+                                cli_output_commit(&output, error)
+                          : cli_fail(error, CLI_FAILED, "memory ran out");
     cli_output_abandon(&output);
     return fine;
 }

@@ -2,12 +2,13 @@
 
 #include "base/status.h"
 
-#define CHUNK ((size_t)16384)
+#define CHUNK  ((size_t)16384)
 #define CHUNKS (SS_DEVICE_RANGE / 16384)
-#define AHEAD 3 /* chunks on their way at most: what a host that cancels waits for */
+#define AHEAD  3 /* chunks on their way at most: what a host that cancels waits for */
 
 static softshadow_status submit(const ss_asked *asked, const ss_point *points, size_t n,
-                                ss_raster_look *looks, float *visibility, ss_raster_ticket **ticket) {
+                                ss_raster_look *looks, float *visibility,
+                                ss_raster_ticket **ticket) {
     asked->technique->look(asked->state, points, n, looks);
     return asked->stage->raster->submit(asked->program, looks, n, visibility, ticket);
 }

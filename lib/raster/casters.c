@@ -15,19 +15,24 @@ static softshadow_status project(void *ctx, uint64_t begin, uint64_t end) {
         const float *f = c->asked->world->vertices + 3 * v;
         const double p[3] = {f[0], f[1], f[2]};
         double at[3];
-        const bool seen = ss_frame_project(&frame, p, at) && fabs(at[0]) < SS_GUARD && fabs(at[1]) < SS_GUARD;
-        if (seen) c->vertex[v] = (ss_caster_vertex){(float)at[0], (float)at[1], (float)at[2]};
-        else c->vertex[v] = (ss_caster_vertex){NAN, NAN, NAN};
+        const bool seen =
+            ss_frame_project(&frame, p, at) && fabs(at[0]) < SS_GUARD && fabs(at[1]) < SS_GUARD;
+        if (seen)
+            c->vertex[v] = (ss_caster_vertex){(float)at[0], (float)at[1], (float)at[2]};
+        else
+            c->vertex[v] = (ss_caster_vertex){NAN, NAN, NAN};
     }
     return SOFTSHADOW_OK;
 }
 
-softshadow_status ss_casters_project(ss_casters *out, const ss_raster_casters *asked, ss_pool *pool) {
+softshadow_status ss_casters_project(ss_casters *out, const ss_raster_casters *asked,
+                                     ss_pool *pool) {
     const ss_world *world = asked->world;
     *out = (ss_casters){.asked = asked, .mirrored = ss_frame_mirrored(asked->frame)};
     out->vertex = ss_alloc(world->vertex_count, sizeof *out->vertex);
     if (!out->vertex) {
-        return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu vertices", world->vertex_count);
+        return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu vertices",
+                       world->vertex_count);
     }
     return ss_parallel_for(pool, world->vertex_count, GRAIN, project, out);
 }
@@ -75,10 +80,11 @@ static inline flat_box box_of(const ss_scan_corner *corner, int n) {
 }
 
 /* Rows within half a texel of the box, which is more than snapping moves it. */
-static bool rows_of_box(const double low[2], const double high[2], uint32_t resolution, int32_t *first,
-                        int32_t *last) {
+static bool rows_of_box(const double low[2], const double high[2], uint32_t resolution,
+                        int32_t *first, int32_t *last) {
     const double most = resolution;
-    if (!(high[0] > -0.5 && high[1] > -0.5 && low[0] < most + 0.5 && low[1] < most + 0.5)) return false;
+    if (!(high[0] > -0.5 && high[1] > -0.5 && low[0] < most + 0.5 && low[1] < most + 0.5))
+        return false;
     *first = low[1] < 1 ? 0 : (int32_t)(low[1] - 0.5);
     *last = high[1] + 0.5 > most - 1 ? (int32_t)resolution - 1 : (int32_t)(high[1] + 0.5);
     return *first <= *last;
@@ -92,14 +98,16 @@ bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *
     if (b.low[2] > c->deepest) return false;
     if (c->holes_only && !ss_caster_has_holes(c->world, t)) return false;
     if (c->held && !c->held[t]) {
-        const double far = ss_frame_rate(c->frame) * (c->deepest - b.low[2]) + 1, most = c->resolution;
-        c->held[t] = b.high[0] > -far && b.high[1] > -far && b.low[0] < most + far && b.low[1] < most + far;
+        const double far = ss_frame_rate(c->frame) * (c->deepest - b.low[2]) + 1,
+                     most = c->resolution;
+        c->held[t] =
+            b.high[0] > -far && b.high[1] > -far && b.low[0] < most + far && b.low[1] < most + far;
     }
     return rows_of_box(b.low, b.high, c->resolution, first, last);
 }
 
-bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution, int32_t *first,
-                         int32_t *last) {
+bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution,
+                         int32_t *first, int32_t *last) {
     if (count == 0) return false;
     const flat_box b = box_of(corner, count);
     return rows_of_box(b.low, b.high, resolution, first, last);

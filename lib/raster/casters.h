@@ -1,5 +1,5 @@
-/* Casters and the techniques' own triangles as corners in the map: what every backend does before it
- * walks them. */
+/* Casters and the techniques' own triangles as corners in the map: what every backend does before
+ * it walks them. */
 #ifndef SS_RASTER_CASTERS_H
 #define SS_RASTER_CASTERS_H
 
@@ -16,12 +16,14 @@ typedef struct ss_casters {
     bool mirrored; /* does the light see X, Y mirrored? */
 } ss_casters;
 
-softshadow_status ss_casters_project(ss_casters *out, const ss_raster_casters *asked, ss_pool *pool);
+softshadow_status ss_casters_project(ss_casters *out, const ss_raster_casters *asked,
+                                     ss_pool *pool);
 void ss_casters_free(ss_casters *casters);
 
 /* The corners to draw of triangle t: three as they are, or what clipping leaves. */
 int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corner[SS_CLIP_MOST]);
-/* The rows that these corners can touch; false: none, or the triangle is left out. Marks it as held. */
+/* The rows that these corners can touch; false: none, or the triangle is left out. Marks it as
+ * held. */
 bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *corner, int count,
                      int32_t *first, int32_t *last);
 /* Is the triangle left out because it turns its back to the light? */
@@ -44,7 +46,7 @@ bool ss_caster_opaque_at(void *holes, const double weight[3]);
 /* The same for a triangle of a technique's own. */
 int ss_raster_triangle_corners(const ss_raster_triangle *triangle, uint32_t used,
                                ss_scan_corner corner[SS_CLIP_MOST]);
-bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution, int32_t *first,
-                         int32_t *last);
+bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution,
+                         int32_t *first, int32_t *last);
 
 #endif

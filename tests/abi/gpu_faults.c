@@ -1,6 +1,7 @@
-/* A GPU that fails: no library, no memory at every place that asks for it, a context that is lost at
- * every dispatch, a shader that does not compile. SOFTSHADOW_EGL says so in the driver's words and the
- * handle goes on working on the CPU; SOFTSHADOW_ANY gives the CPU's answers and says so once.
+/* A GPU that fails: no library, no memory at every place that asks for it, a context that is lost
+ * at every dispatch, a shader that does not compile. SOFTSHADOW_EGL says so in the driver's words
+ * and the handle goes on working on the CPU; SOFTSHADOW_ANY gives the CPU's answers and says so
+ * once.
  *
  * The host's dlopen stands before the C library's: for libEGL it gives this program itself, whose
  * eglGetProcAddress puts its own functions before some of the driver's. */
@@ -31,7 +32,8 @@ static void buffer_data(GLenum target, ptrdiff_t size, const void *data, GLenum 
         pending = true, faults++;
         return;
     }
-    ((void (*)(GLenum, ptrdiff_t, const void *, GLenum))driver("glBufferData"))(target, size, data, usage);
+    ((void (*)(GLenum, ptrdiff_t, const void *, GLenum))driver("glBufferData"))(target, size, data,
+                                                                                usage);
 }
 
 static GLenum get_error(void) {
@@ -142,8 +144,8 @@ static softshadow_status build_and_ask(softshadow *handle, const char *method, u
 /* Map methods on two machines: see tests/property/gpu.c for how near they are. */
 static void require_truth(const char *where) {
     for (int i = 0; i < PLAIN_POINTS; i++) {
-        REQUIRE(v[i] >= truth[i] - 1.f / 16 && v[i] <= truth[i] + 1.f / 16, "%s: point %d: %g, not %g",
-                where, i, v[i], truth[i]);
+        REQUIRE(v[i] >= truth[i] - 1.f / 16 && v[i] <= truth[i] + 1.f / 16,
+                "%s: point %d: %g, not %g", where, i, v[i], truth[i]);
     }
 }
 
@@ -190,8 +192,10 @@ static void falls_back(const char *method, const char *words) {
             softshadow_last_message(handle));
     require_truth(words);
     REQUIRE(softshadow_get_stats(handle, &stats) == SOFTSHADOW_OK, "stats");
-    REQUIRE(strcmp(stats.backend_used, faults > before ? "cpu" : "egl") == 0, "%s", stats.backend_used);
-    REQUIRE(ask(handle, v) == SOFTSHADOW_OK, "%s: again: %s", words, softshadow_last_message(handle));
+    REQUIRE(strcmp(stats.backend_used, faults > before ? "cpu" : "egl") == 0, "%s",
+            stats.backend_used);
+    REQUIRE(ask(handle, v) == SOFTSHADOW_OK, "%s: again: %s", words,
+            softshadow_last_message(handle));
     require_truth(words);
     REQUIRE(told == (faults > before), "%s: told %u times", words, told);
     REQUIRE(!told || strstr(told_text, words), "\"%s\" has no \"%s\"", told_text, words);
@@ -207,8 +211,8 @@ static void for_good(bool *fault, const char *method, const char *words) {
     *fault = false;
 }
 
-/* The how manieth of a build and a query fails, once, until there are no more; each time all is well
- * again afterwards. */
+/* The how manieth of a build and a query fails, once, until there are no more; each time all is
+ * well again afterwards. */
 static void each(const char *method, long *count, long *fail, const char *words) {
     long at = 1;
     for (bool fault = true; fault; at++) {
@@ -228,7 +232,8 @@ int main(void) {
     if (plain_sanitized("the sanitizer's own dlopen stands in between")) return PLAIN_SKIP;
     for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
         softshadow *handle = new_handle();
-        REQUIRE(build_and_ask(handle, methods[i], SOFTSHADOW_CPU) == SOFTSHADOW_OK, "%s", methods[i]);
+        REQUIRE(build_and_ask(handle, methods[i], SOFTSHADOW_CPU) == SOFTSHADOW_OK, "%s",
+                methods[i]);
         memcpy(truth, v, sizeof truth);
         if (i == 0) for_good(&no_library, methods[i], "refused by the host");
         const softshadow_status status = build(handle, methods[i], SOFTSHADOW_EGL);

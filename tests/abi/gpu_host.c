@@ -1,6 +1,6 @@
-/* A host with a context of its own: it is current before and after every call, with everything in it.
- * Then many handles one after the other in flat memory, two in two threads, one destroyed while the
- * other works, and a child of fork(), which must do without. */
+/* A host with a context of its own: it is current before and after every call, with everything in
+ * it. Then many handles one after the other in flat memory, two in two threads, one destroyed while
+ * the other works, and a child of fork(), which must do without. */
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/gl.h>
@@ -33,18 +33,21 @@ static void *find(const char *name) {
 }
 
 #define FIND(type, name) ((type)find(name))
-#define GL(type, name) ((type)((__eglMustCastToProperFunctionPointerType(*)(const char *))find( \
-    "eglGetProcAddress"))(name))
+#define GL(type, name)                                                                             \
+    ((type)((__eglMustCastToProperFunctionPointerType(*)(const char *))find("eglGetProcAddress"))( \
+        name))
 
 /* A context with something of its own in it: a buffer that is bound, a viewport, a blend. */
 static bool make_context(host *h) {
     EGLint major, minor, count;
     EGLConfig config;
-    static const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0, EGL_NONE};
+    static const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
+                                    EGL_NONE};
     if (!find("eglGetProcAddress")) return false;
     const PFNEGLGETPLATFORMDISPLAYEXTPROC get_display =
         GL(PFNEGLGETPLATFORMDISPLAYEXTPROC, "eglGetPlatformDisplayEXT");
-    const EGLDisplay display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
+    const EGLDisplay display =
+        get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, NULL);
     if (display == EGL_NO_DISPLAY) return false;
     if (!FIND(PFNEGLINITIALIZEPROC, "eglInitialize")(display, &major, &minor)) return false;
     FIND(PFNEGLBINDAPIPROC, "eglBindAPI")(EGL_OPENGL_API);
@@ -120,7 +123,8 @@ static softshadow_status ask(softshadow *handle, float *out) {
 static void once(const char *method, float *out) {
     softshadow *handle;
     REQUIRE(plain_scene(&api, &handle, NULL) == SOFTSHADOW_OK, "a scene");
-    REQUIRE(build(handle, method, SOFTSHADOW_EGL) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
+    REQUIRE(build(handle, method, SOFTSHADOW_EGL) == SOFTSHADOW_OK, "%s",
+            softshadow_last_message(handle));
     REQUIRE(ask(handle, out) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
     softshadow_destroy(handle);
 }
@@ -170,14 +174,16 @@ static void cycles(void) {
     const long grown = resident() - before;
     printf("%d cycles: %ld KiB more than after 20\n", count, grown);
     const char *sanitizers = getenv("SANITIZERS"); /* those keep what was freed */
-    REQUIRE(grown < 1024 || (sanitizers && *sanitizers), "memory grew by %ld KiB in %d cycles", grown, count);
+    REQUIRE(grown < 1024 || (sanitizers && *sanitizers), "memory grew by %ld KiB in %d cycles",
+            grown, count);
 }
 
 static void *come_and_go(void *stop) {
     float v[PLAIN_POINTS];
     for (int i = 0; !__atomic_load_n((bool *)stop, __ATOMIC_ACQUIRE) || i < 10; i++) {
         once(methods[i % METHODS], v);
-        REQUIRE(memcmp(v, first[i % METHODS], sizeof v) == 0, "%s beside another handle", methods[i % METHODS]);
+        REQUIRE(memcmp(v, first[i % METHODS], sizeof v) == 0, "%s beside another handle",
+                methods[i % METHODS]);
     }
     return NULL;
 }
@@ -189,7 +195,8 @@ static void together(void) {
     bool stop = false;
     float v[PLAIN_POINTS];
     REQUIRE(plain_scene(&api, &handle, NULL) == SOFTSHADOW_OK, "a scene");
-    REQUIRE(build(handle, methods[2], SOFTSHADOW_EGL) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
+    REQUIRE(build(handle, methods[2], SOFTSHADOW_EGL) == SOFTSHADOW_OK, "%s",
+            softshadow_last_message(handle));
     REQUIRE(pthread_create(&other, NULL, come_and_go, &stop) == 0, "a thread");
     for (int i = 0; i < 30; i++) {
         REQUIRE(ask(handle, v) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
@@ -210,9 +217,12 @@ static void forked(void) {
         float v[PLAIN_POINTS];
         alarm(60); /* a child that hangs fails */
         REQUIRE(plain_scene(&api, &handle, NULL) == SOFTSHADOW_OK, "a scene");
-        REQUIRE(build(handle, "hard", SOFTSHADOW_EGL) == SOFTSHADOW_E_BACKEND, "a GPU after fork()");
-        REQUIRE(strstr(softshadow_last_message(handle), "fork"), "%s", softshadow_last_message(handle));
-        REQUIRE(build(handle, "hard", SOFTSHADOW_ANY) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
+        REQUIRE(build(handle, "hard", SOFTSHADOW_EGL) == SOFTSHADOW_E_BACKEND,
+                "a GPU after fork()");
+        REQUIRE(strstr(softshadow_last_message(handle), "fork"), "%s",
+                softshadow_last_message(handle));
+        REQUIRE(build(handle, "hard", SOFTSHADOW_ANY) == SOFTSHADOW_OK, "%s",
+                softshadow_last_message(handle));
         REQUIRE(ask(handle, v) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle));
         REQUIRE(memcmp(v, first[0], sizeof v) == 0, "hard is the same on both");
         softshadow_destroy(handle);

@@ -1,11 +1,11 @@
 /* The GPU gives what the CPU gives: every method that runs there, on the bunny, on leaves and on
  * Lawlor's figure 10; the same bits from run to run, and for any split of a batch.
  *
- * No texel-edge ties are left out: triangles are set up and points are taken into the map by the same C
- * code for both, so that both look at the same texel of the same map. What may differ is how much of a
- * texel's patch is behind the rim of a disk: floats there, doubles here. backprojection shows it most, as
- * a patch that only just touches the rim decides whether a nearer layer counts: one texel's share of the
- * light, .034 where the light is a dozen texels wide. */
+ * No texel-edge ties are left out: triangles are set up and points are taken into the map by the
+ * same C code for both, so that both look at the same texel of the same map. What may differ is how
+ * much of a texel's patch is behind the rim of a disk: floats there, doubles here. backprojection
+ * shows it most, as a patch that only just touches the rim decides whether a nearer layer counts:
+ * one texel's share of the light, .034 where the light is a dozen texels wide. */
 #include "ask.h"
 
 #include "gpu.h"
@@ -64,7 +64,8 @@ static void place_points(const scene_mesh *mesh, double low, double high) {
         if (a + b > 1) a = 1 - a, b = 1 - b;
         for (int k = 0; k < 3; k++) {
             const double *v[3];
-            for (int c = 0; c < 3; c++) v[c] = mesh->xyz + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
+            for (int c = 0; c < 3; c++)
+                v[c] = mesh->xyz + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
             points[i][k] = v[0][k] + a * (v[1][k] - v[0][k]) + b * (v[2][k] - v[0][k]);
         }
     }
@@ -77,19 +78,32 @@ static const struct scene {
     uint32_t resolution;
     softshadow_light light[3];
     uint32_t lights;
-} *scene_list(size_t *count) {
+} * scene_list(size_t *count) {
     static struct scene list[4];
     *count = COUNT(list);
-    list[0] = (struct scene){"figure 10", figure_10, 0, 1, 64, {scene_sun_light(0, 0, -1, .28849)}, 1};
-    list[1] = (struct scene){"leaves", leaves, -2, 2, 256,
+    list[0] =
+        (struct scene){"figure 10", figure_10, 0, 1, 64, {scene_sun_light(0, 0, -1, .28849)}, 1};
+    list[1] = (struct scene){"leaves",
+                             leaves,
+                             -2,
+                             2,
+                             256,
                              {scene_sphere_light(1, 2, 5, .3), scene_rect_light(0, 0, 5, .4, .2),
-                              scene_sun_light(.3, .2, -1, .02)}, 3};
-    list[2] = (struct scene){"lumps", lumps, -2, 2, 256,
+                              scene_sun_light(.3, .2, -1, .02)},
+                             3};
+    list[2] = (struct scene){"lumps",
+                             lumps,
+                             -2,
+                             2,
+                             256,
                              {scene_disk_light(1, 1, 5, -.2, -.2, -1, .3),
                               scene_sphere_light(0, 0, 1.2, .1), /* inside: a cube of maps */
-                              scene_sphere_light(1, 2, 5, 0)}, 3};
-    list[3] = (struct scene){"bunny", bunny, -2, 2, 256,
-                             {scene_sphere_light(1, 2, 5, .3), scene_sun_light(.5, .1, -1, .03)}, 2};
+                              scene_sphere_light(1, 2, 5, 0)},
+                             3};
+    list[3] = (struct scene){
+        "bunny", bunny, -2,
+        2,       256,   {scene_sphere_light(1, 2, 5, .3), scene_sun_light(.5, .1, -1, .03)},
+        2};
     return list;
 }
 
@@ -129,8 +143,8 @@ static void test_alike(void **state) {
             ask gpu = question(method, &mesh, &list[s], &list[s].light[l], SOFTSHADOW_EGL);
             ask_do(&cpu), ask_do(&gpu);
             const difference d = compare(cpu.visibility, gpu.visibility, POINTS);
-            print_message("%-14s %-9s light %u: rms %.2e max %.2e\n", method, list[s].name, l, d.rms,
-                          d.max);
+            print_message("%-14s %-9s light %u: rms %.2e max %.2e\n", method, list[s].name, l,
+                          d.rms, d.max);
             CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
             CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, list[s].name, d.rms);
             CHECK(d.max <= 1.0 / 16, "%s, %s: max %g", method, list[s].name, d.max);
@@ -157,7 +171,8 @@ static void one_variant(const char *method, const char *what, softshadow_build b
     CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
     CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, what, d.rms);
     /* Few samples start at the corner of what the point looks at. Where that is on a texel's edge,
-     * floats and doubles may begin a texel apart, and every sample with them: two of their shares. */
+     * floats and doubles may begin a texel apart, and every sample with them: two of their shares.
+     */
     const double most = build.max_samples ? fmax(2.0 / build.max_samples, 1.0 / 16) : 1.0 / 16;
     CHECK(d.max <= most, "%s, %s: max %g", method, what, d.max);
     ask_free(&cpu), ask_free(&gpu);
@@ -190,7 +205,8 @@ static void test_variants(void **state) {
     one_variant("smoothie", "a width", b, sphere);
     one_variant("smoothie", "a width under a sun", b, sun);
     b = plain, b.falloff = SOFTSHADOW_FALLOFF_PAPER;
-    const char *const paper[] = {"smoothie", "penumbra-map", "penumbra-volume", "penumbra-limit", "single-sample"};
+    const char *const paper[] = {"smoothie", "penumbra-map", "penumbra-volume", "penumbra-limit",
+                                 "single-sample"};
     for (size_t i = 0; i < COUNT(paper); i++) {
         one_variant(paper[i], "paper", b, sphere);
         one_variant(paper[i], "profile", plain, dark);
@@ -219,7 +235,8 @@ static void test_texture(void **state) {
         mesh.opacity_threshold = .5f, mesh.uvs = &uv[0][0];
         OK(NULL, softshadow_create(&handle, NULL));
         OK(handle, softshadow_add_mesh(handle, &mesh, NULL));
-        const softshadow_light light[] = {scene_sphere_light(0, 0, 4, .2), scene_sphere_light(3, 0, 1, .5)};
+        const softshadow_light light[] = {scene_sphere_light(0, 0, 4, .2),
+                                          scene_sphere_light(3, 0, 1, .5)};
         OK(handle, softshadow_add_light(handle, &light[0], NULL));
         OK(handle, softshadow_add_light(handle, &light[1], NULL));
         softshadow_build build = SOFTSHADOW_BUILD_INIT;
@@ -232,7 +249,8 @@ static void test_texture(void **state) {
         }
         softshadow_destroy(handle);
     }
-    for (int l = 0; l < 2; l++) ask_same_bits(v[0][l], v[1][l], POINTS, "holes, normals, two lights");
+    for (int l = 0; l < 2; l++)
+        ask_same_bits(v[0][l], v[1][l], POINTS, "holes, normals, two lights");
     size_t lit = 0;
     for (int i = 0; i < POINTS; i++) lit += v[1][0][i] > 0;
     CHECK(lit > POINTS / 2 && lit < POINTS, "%zu points lit", lit);
@@ -278,7 +296,8 @@ static void test_unsupported(void **state) {
                         (const double(*)[3])points, POINTS, 0);
         q.build.backend = SOFTSHADOW_ANY;
         ask_do(&q);
-        CHECK(strcmp(q.stats.backend_used, "cpu") == 0, "%s: %s", methods[i].name, q.stats.backend_used);
+        CHECK(strcmp(q.stats.backend_used, "cpu") == 0, "%s: %s", methods[i].name,
+              q.stats.backend_used);
         ask_free(&q);
     }
     scene_free(&mesh);
@@ -286,7 +305,8 @@ static void test_unsupported(void **state) {
 
 int main(void) {
     gpu_required();
-    const ask_test tests[] = {{"CPU and GPU", test_alike, gpu_runs}, {"stable", test_stable, gpu_runs}};
+    const ask_test tests[] = {{"CPU and GPU", test_alike, gpu_runs},
+                              {"stable", test_stable, gpu_runs}};
     const struct CMUnitTest others[] = {cmocka_unit_test(test_variants),
                                         cmocka_unit_test(test_texture),
                                         cmocka_unit_test(test_unsupported)};

@@ -6,7 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-#define GROUP 64
+#define GROUP       64
 #define FIRST_TABLE 2 /* binding */
 
 static const char head[] =
@@ -58,7 +58,8 @@ static softshadow_status load_tables(ss_egl_job *job, ss_egl_context *c) {
     c->gl.GenBuffers((GLsizei)p->tables, p->table);
     softshadow_status status = ss_egl_compile(c, head, l->question->glsl, &p->program);
     for (uint32_t i = 0; i < p->tables && !status; i++) {
-        status = ss_egl_upload(c, p->table[i], l->question->table[i].data, l->question->table[i].size);
+        status =
+            ss_egl_upload(c, p->table[i], l->question->table[i].data, l->question->table[i].size);
     }
     if (status) c->gl.DeleteBuffers((GLsizei)p->tables, p->table);
     job->spent.up = ss_clock() - start;
@@ -72,8 +73,10 @@ softshadow_status ss_egl_program_load(const ss_raster_question *question, ss_ras
     program->tables = question->tables;
     loading l = {.job.begin = load_tables, .question = question, .program = program};
     const softshadow_status status = ss_egl_run(&l.job);
-    if (status) ss_free(program);
-    else *out = program;
+    if (status)
+        ss_free(program);
+    else
+        *out = program;
     return status;
 }
 
@@ -86,7 +89,8 @@ static softshadow_status delete_tables(ss_egl_job *job, ss_egl_context *c) {
 /* Fails only where the context is gone, and the tables with it. */
 void ss_egl_program_unload(ss_raster_program *program) {
     if (!program) return;
-    loading l = {.job = {.begin = delete_tables, .generation = program->generation}, .program = program};
+    loading l = {.job = {.begin = delete_tables, .generation = program->generation},
+                 .program = program};
     if (ss_egl_here()) ss_egl_begin(&l.job), ss_egl_join(&l.job);
     ss_free(program);
 }
@@ -115,7 +119,8 @@ static softshadow_status begin(ss_egl_job *job, ss_egl_context *c) {
     if (!status) {
         gl->UseProgram(p->program);
         gl->Uniform1ui(0, (GLuint)t->n);
-        for (GLuint i = 0; i < 2; i++) gl->BindBufferBase(GL_SHADER_STORAGE_BUFFER, i, t->buffer[i]);
+        for (GLuint i = 0; i < 2; i++)
+            gl->BindBufferBase(GL_SHADER_STORAGE_BUFFER, i, t->buffer[i]);
         for (GLuint i = 0; i < p->tables; i++) {
             gl->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIRST_TABLE + i, p->table[i]);
         }
@@ -131,11 +136,14 @@ static softshadow_status begin(ss_egl_job *job, ss_egl_context *c) {
 static softshadow_status end(ss_egl_job *job, ss_egl_context *c) {
     ss_raster_ticket *t = (ss_raster_ticket *)job;
     const ss_gl *gl = &c->gl;
-    while (gl->ClientWaitSync(t->fence, GL_SYNC_FLUSH_COMMANDS_BIT, 1000000000) == GL_TIMEOUT_EXPIRED &&
-           !ss_egl_lost(c)) {}
+    while (gl->ClientWaitSync(t->fence, GL_SYNC_FLUSH_COMMANDS_BIT, 1000000000) ==
+               GL_TIMEOUT_EXPIRED &&
+           !ss_egl_lost(c)) {
+    }
     const double start = ss_clock();
     gl->BindBuffer(GL_SHADER_STORAGE_BUFFER, t->buffer[1]);
-    gl->GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, (GLsizeiptr)(t->n * sizeof *t->answers), t->answers);
+    gl->GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, (GLsizeiptr)(t->n * sizeof *t->answers),
+                         t->answers);
     job->spent.down = ss_clock() - start;
     gl->DeleteSync(t->fence);
     gl->DeleteBuffers(2, t->buffer);
@@ -147,11 +155,12 @@ softshadow_status ss_egl_submit(ss_raster_program *program, const ss_raster_look
     ss_raster_ticket *ticket = ss_alloc(1, sizeof *ticket);
     *out = ticket;
     if (!ticket) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
-    *ticket = (ss_raster_ticket){.job = {.begin = begin, .end = end, .generation = program->generation},
-                                 .program = program,
-                                 .looks = looks,
-                                 .answers = answers,
-                                 .n = n};
+    *ticket =
+        (ss_raster_ticket){.job = {.begin = begin, .end = end, .generation = program->generation},
+                           .program = program,
+                           .looks = looks,
+                           .answers = answers,
+                           .n = n};
     ss_egl_begin(&ticket->job);
     return SOFTSHADOW_OK;
 }

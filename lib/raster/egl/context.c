@@ -8,8 +8,8 @@
 
 #include "base/status.h"
 
-#define LEAST_MAJOR 4
-#define LEAST_MINOR 3
+#define LEAST_MAJOR  4
+#define LEAST_MINOR  3
 #define MOST_DEVICES 32
 
 static bool has(const char *list, const char *name) {
@@ -27,25 +27,35 @@ static softshadow_status words(ss_egl_context *c, const char *what) {
 }
 
 static EGLConfig config_of(ss_egl_context *c) {
-    static const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0, EGL_NONE};
+    static const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
+                                    EGL_NONE};
     EGLConfig config;
     EGLint count = 0;
-    if (has(c->egl.QueryString(c->display, EGL_EXTENSIONS), "EGL_KHR_no_config_context")) return NULL;
+    if (has(c->egl.QueryString(c->display, EGL_EXTENSIONS), "EGL_KHR_no_config_context"))
+        return NULL;
     return c->egl.ChooseConfig(c->display, wanted, &config, 1, &count) && count ? config : NULL;
 }
 
 /* A context that tells when it is lost, where the driver can. */
 static EGLContext create(ss_egl_context *c) {
-    static const EGLint plain[] = {EGL_CONTEXT_MAJOR_VERSION, LEAST_MAJOR,
-                                   EGL_CONTEXT_MINOR_VERSION, LEAST_MINOR,
-                                   EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+    static const EGLint plain[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                   LEAST_MAJOR,
+                                   EGL_CONTEXT_MINOR_VERSION,
+                                   LEAST_MINOR,
+                                   EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                   EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                    EGL_NONE};
-    static const EGLint robust[] = {EGL_CONTEXT_MAJOR_VERSION, LEAST_MAJOR,
-                                    EGL_CONTEXT_MINOR_VERSION, LEAST_MINOR,
-                                    EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                    EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE,
+    static const EGLint robust[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                    LEAST_MAJOR,
+                                    EGL_CONTEXT_MINOR_VERSION,
+                                    LEAST_MINOR,
+                                    EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                    EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                    EGL_CONTEXT_OPENGL_ROBUST_ACCESS,
+                                    EGL_TRUE,
                                     EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
-                                    EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE};
+                                    EGL_LOSE_CONTEXT_ON_RESET,
+                                    EGL_NONE};
     const EGLConfig config = config_of(c);
     const EGLContext context = c->egl.CreateContext(c->display, config, EGL_NO_CONTEXT, robust);
     if (context != EGL_NO_CONTEXT) return context;
@@ -63,7 +73,8 @@ static softshadow_status describe(ss_egl_context *c) {
     gl->GetIntegerv(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS, &invocations);
     snprintf(c->device.name, sizeof c->device.name, "%s", renderer ? renderer : "unnamed");
     snprintf(c->device.version, sizeof c->device.version, "%s", version ? version : "unknown");
-    if (groups >= 8 && invocations >= 64 && c->largest > 0) return ss_egl_check(c, "asking its limits");
+    if (groups >= 8 && invocations >= 64 && c->largest > 0)
+        return ss_egl_check(c, "asking its limits");
     return ss_fail(SOFTSHADOW_E_BACKEND,
                    "EGL: %s: a compute shader has %d storage buffers, 8 are needed", c->device.name,
                    (int)groups);
@@ -119,9 +130,10 @@ static softshadow_status open_wished(ss_egl_context *c, const devices *d, const 
     char *end;
     const long index = strtol(wish, &end, 10);
     if (end == wish || *end || index < 0 || index >= d->count) {
-        return ss_fail(SOFTSHADOW_E_BACKEND,
-                       "SOFTSHADOW_EGL_DEVICE: \"%.40s\", must be 0..%d, the number of an EGL device",
-                       wish, (int)d->count - 1);
+        return ss_fail(
+            SOFTSHADOW_E_BACKEND,
+            "SOFTSHADOW_EGL_DEVICE: \"%.40s\", must be 0..%d, the number of an EGL device", wish,
+            (int)d->count - 1);
     }
     return open_display(c, EGL_PLATFORM_DEVICE_EXT, d->device[index]);
 }
@@ -142,8 +154,9 @@ static softshadow_status open_any(ss_egl_context *c, const devices *d) {
         tried = true;
     }
     if (tried) return SOFTSHADOW_E_BACKEND; /* the last one's words */
-    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: no device and no platform without a display; install "
-                                         "the driver, or the Debian package libgl1-mesa-dri");
+    return ss_fail(SOFTSHADOW_E_BACKEND,
+                   "EGL: no device and no platform without a display; install "
+                   "the driver, or the Debian package libgl1-mesa-dri");
 }
 
 softshadow_status ss_egl_context_open(ss_egl_context *out, const char *wish) {
@@ -152,7 +165,8 @@ softshadow_status ss_egl_context_open(ss_egl_context *out, const char *wish) {
     softshadow_status status = ss_egl_load("libEGL.so.1", &out->egl);
     if (status) return status;
     if (!out->egl.GetPlatformDisplayEXT) {
-        return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: no EGL_EXT_platform_base, the driver is too old");
+        return ss_fail(SOFTSHADOW_E_BACKEND,
+                       "EGL: no EGL_EXT_platform_base, the driver is too old");
     }
     list_devices(out, &d);
     return wish ? open_wished(out, &d, wish) : open_any(out, &d);
@@ -173,20 +187,28 @@ bool ss_egl_lost(ss_egl_context *c) {
 
 static const char *gl_error_name(GLenum error) {
     switch (error) {
-    case GL_INVALID_ENUM: return "GL_INVALID_ENUM";
-    case GL_INVALID_VALUE: return "GL_INVALID_VALUE";
-    case GL_INVALID_OPERATION: return "GL_INVALID_OPERATION";
-    case GL_OUT_OF_MEMORY: return "GL_OUT_OF_MEMORY";
-    case GL_CONTEXT_LOST: return "GL_CONTEXT_LOST";
-    default: return "unknown GL error";
+    case GL_INVALID_ENUM:
+        return "GL_INVALID_ENUM";
+    case GL_INVALID_VALUE:
+        return "GL_INVALID_VALUE";
+    case GL_INVALID_OPERATION:
+        return "GL_INVALID_OPERATION";
+    case GL_OUT_OF_MEMORY:
+        return "GL_OUT_OF_MEMORY";
+    case GL_CONTEXT_LOST:
+        return "GL_CONTEXT_LOST";
+    default:
+        return "unknown GL error";
     }
 }
 
 softshadow_status ss_egl_check(ss_egl_context *c, const char *doing) {
     const GLenum error = c->gl.GetError();
-    for (int i = 0; i < 8 && c->gl.GetError() != GL_NO_ERROR; i++) {}
+    for (int i = 0; i < 8 && c->gl.GetError() != GL_NO_ERROR; i++) {
+    }
     if (error == GL_NO_ERROR) return SOFTSHADOW_OK;
-    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: %s: %s: %s", c->device.name, doing, gl_error_name(error));
+    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: %s: %s: %s", c->device.name, doing,
+                   gl_error_name(error));
 }
 
 /* ---- programs -------------------------------------------------------------------------------- */
@@ -194,7 +216,8 @@ softshadow_status ss_egl_check(ss_egl_context *c, const char *doing) {
 /* One line of the driver's log. */
 static softshadow_status shader_error(ss_egl_context *c, const char *what, char *log) {
     for (char *at = log; *at; at++) *at = *at == '\n' || *at == '\r' ? ' ' : *at;
-    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: %s: the shader does not %s: %s", c->device.name, what, log);
+    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: %s: the shader does not %s: %s", c->device.name,
+                   what, log);
 }
 
 static softshadow_status link_program(ss_egl_context *c, const char *head, const char *text,
@@ -218,7 +241,8 @@ static softshadow_status link_program(ss_egl_context *c, const char *head, const
     return shader_error(c, "link", log);
 }
 
-softshadow_status ss_egl_compile(ss_egl_context *c, const char *head, const char *text, GLuint *out) {
+softshadow_status ss_egl_compile(ss_egl_context *c, const char *head, const char *text,
+                                 GLuint *out) {
     for (uint32_t i = 0; i < c->compiled_count; i++) {
         const ss_egl_compiled *p = &c->compiled[i];
         if (p->head == head && p->text == text) return *out = p->program, SOFTSHADOW_OK;

@@ -33,7 +33,8 @@ softshadow_status ss_egl_context_open(ss_egl_context *out, const char *wish);
 void ss_egl_context_close(ss_egl_context *context);
 
 /* The program of head and text together, compiled on first use. */
-softshadow_status ss_egl_compile(ss_egl_context *c, const char *head, const char *text, GLuint *out);
+softshadow_status ss_egl_compile(ss_egl_context *c, const char *head, const char *text,
+                                 GLuint *out);
 /* What GL has to say since it was last asked. `doing` is for the message. */
 softshadow_status ss_egl_check(ss_egl_context *c, const char *doing);
 /* Is the context gone, with all that was in it? */

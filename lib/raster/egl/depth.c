@@ -1,6 +1,7 @@
-/* Depths and layers: the least of all that covers a texel, kept by an atomic minimum over whole numbers
- * in the order of floats. Its result does not depend on who comes first. Triangles with holes are drawn
- * by the CPU, which can look at their textures, into the plane that the device starts from. */
+/* Depths and layers: the least of all that covers a texel, kept by an atomic minimum over whole
+ * numbers in the order of floats. Its result does not depend on who comes first. Triangles with
+ * holes are drawn by the CPU, which can look at their textures, into the plane that the device
+ * starts from. */
 #include "raster/egl/passes.h"
 
 #include "base/clock.h"
@@ -25,18 +26,18 @@ static const char next[] = SS_WALK_GLSL SS_WALK_PIECES_GLSL
     "}\n";
 
 /* Of a plane of floats whole numbers, and back. */
-static const char to_order[] = SS_WALK_GLSL
-    "layout(std430, binding = 2) buffer Plane { uint plane[]; };\n"
-    "void main() {\n"
-    "    uint i = invocation();\n"
-    "    if (i < count) plane[i] = ordered(uintBitsToFloat(plane[i]));\n"
-    "}\n";
-static const char from_order[] = SS_WALK_GLSL
-    "layout(std430, binding = 2) buffer Plane { uint plane[]; };\n"
-    "void main() {\n"
-    "    uint i = invocation();\n"
-    "    if (i < count) plane[i] = floatBitsToUint(unordered(plane[i]));\n"
-    "}\n";
+static const char to_order[] =
+    SS_WALK_GLSL "layout(std430, binding = 2) buffer Plane { uint plane[]; };\n"
+                 "void main() {\n"
+                 "    uint i = invocation();\n"
+                 "    if (i < count) plane[i] = ordered(uintBitsToFloat(plane[i]));\n"
+                 "}\n";
+static const char from_order[] =
+    SS_WALK_GLSL "layout(std430, binding = 2) buffer Plane { uint plane[]; };\n"
+                 "void main() {\n"
+                 "    uint i = invocation();\n"
+                 "    if (i < count) plane[i] = floatBitsToUint(unordered(plane[i]));\n"
+                 "}\n";
 
 /* ---- on the private thread ------------------------------------------------------------------- */
 
@@ -48,7 +49,9 @@ typedef struct drawing {
     const float *above;
 } drawing;
 
-static size_t texels_of(const drawing *d) { return (size_t)d->walk.resolution * d->walk.resolution; }
+static size_t texels_of(const drawing *d) {
+    return (size_t)d->walk.resolution * d->walk.resolution;
+}
 
 static softshadow_status dispatch(ss_egl_context *c, drawing *d, const char *pass, size_t count) {
     GLuint program;
@@ -156,8 +159,8 @@ static softshadow_status draw_on(const ss_casters *casters, drawing *d) {
 }
 
 /* What the CPU has to draw, or nothing. */
-static softshadow_status draw_holes(const ss_raster_casters *asked, const float *above, float *plane,
-                                    ss_pool *pool) {
+static softshadow_status draw_holes(const ss_raster_casters *asked, const float *above,
+                                    float *plane, ss_pool *pool) {
     const size_t texels = (size_t)asked->resolution * asked->resolution;
     ss_raster_casters holes = *asked;
     holes.holes_only = true;
@@ -169,8 +172,8 @@ static softshadow_status draw_holes(const ss_raster_casters *asked, const float 
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status draw_casters(const ss_raster_casters *asked, const float *above, float *plane,
-                                      ss_pool *pool) {
+static softshadow_status draw_casters(const ss_raster_casters *asked, const float *above,
+                                      float *plane, ss_pool *pool) {
     ss_casters casters = {0};
     drawing d = {.walk.resolution = asked->resolution, .plane = plane, .above = above};
     softshadow_status status = draw_holes(asked, above, plane, pool);

@@ -1,11 +1,12 @@
 /* The GPU backend: depths, layers and inks drawn by compute shaders, queries answered by them, on a
- * device that EGL finds without any display. What C does to set triangles up is shared with the CPU's
- * backend, so that maps are the same to the last bits of a device's arithmetic. */
+ * device that EGL finds without any display. What C does to set triangles up is shared with the
+ * CPU's backend, so that maps are the same to the last bits of a device's arithmetic. */
 #include "raster/egl/ask.h"
 #include "raster/egl/passes.h"
 
 static softshadow_status draw(const ss_raster_triangle *triangles, size_t count, uint32_t used,
-                              uint32_t resolution, ss_raster_shade *shade, void *ctx, ss_pool *pool) {
+                              uint32_t resolution, ss_raster_shade *shade, void *ctx,
+                              ss_pool *pool) {
     return ss_raster_cpu.draw(triangles, count, used, resolution, shade, ctx, pool);
 }
 

@@ -17,9 +17,9 @@ softshadow_status ss_egl_load(const char *library, ss_egl_functions *egl) {
     if (!egl->find) {
         return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: eglGetProcAddress is not in %s", library);
     }
-#define X(name) \
-    *(void **)&egl->name = (void *)egl->find("egl" #name); \
-    if (!egl->name) *(void **)&egl->name = dlsym(handle, "egl" #name); \
+#define X(name)                                                                                    \
+    *(void **)&egl->name = (void *)egl->find("egl" #name);                                         \
+    if (!egl->name) *(void **)&egl->name = dlsym(handle, "egl" #name);                             \
     if (!egl->name) return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: egl" #name " is not in %s", library);
     SS_EGL_FUNCTIONS(X)
 #undef X
@@ -30,8 +30,8 @@ softshadow_status ss_egl_load(const char *library, ss_egl_functions *egl) {
 }
 
 softshadow_status ss_gl_load(const ss_egl_functions *egl, ss_gl *gl) {
-#define X(name) \
-    *(void **)&gl->name = (void *)egl->find("gl" #name); \
+#define X(name)                                                                                    \
+    *(void **)&gl->name = (void *)egl->find("gl" #name);                                           \
     if (!gl->name) return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: the driver has no gl" #name);
     SS_GL_FUNCTIONS(X)
 #undef X
@@ -41,10 +41,11 @@ softshadow_status ss_gl_load(const ss_egl_functions *egl, ss_gl *gl) {
 
 const char *ss_egl_error_name(EGLint error) {
     static const char *const name[] = {
-        "EGL_SUCCESS",      "EGL_NOT_INITIALIZED", "EGL_BAD_ACCESS",      "EGL_BAD_ALLOC",
-        "EGL_BAD_ATTRIBUTE", "EGL_BAD_CONFIG",     "EGL_BAD_CONTEXT",     "EGL_BAD_CURRENT_SURFACE",
-        "EGL_BAD_DISPLAY",  "EGL_BAD_MATCH",       "EGL_BAD_NATIVE_PIXMAP", "EGL_BAD_NATIVE_WINDOW",
-        "EGL_BAD_PARAMETER", "EGL_BAD_SURFACE",    "EGL_CONTEXT_LOST"};
+        "EGL_SUCCESS",       "EGL_NOT_INITIALIZED",     "EGL_BAD_ACCESS",
+        "EGL_BAD_ALLOC",     "EGL_BAD_ATTRIBUTE",       "EGL_BAD_CONFIG",
+        "EGL_BAD_CONTEXT",   "EGL_BAD_CURRENT_SURFACE", "EGL_BAD_DISPLAY",
+        "EGL_BAD_MATCH",     "EGL_BAD_NATIVE_PIXMAP",   "EGL_BAD_NATIVE_WINDOW",
+        "EGL_BAD_PARAMETER", "EGL_BAD_SURFACE",         "EGL_CONTEXT_LOST"};
     const EGLint i = error - EGL_SUCCESS;
     return i >= 0 && i < (EGLint)(sizeof name / sizeof *name) ? name[i] : "unknown EGL error";
 }

@@ -1,5 +1,6 @@
-/* Inks: of all that is offered a texel, the least key, of equals the first triangle. Three dispatches a
- * list: the least key by an atomic minimum, the first who has it by another, then that one's value. */
+/* Inks: of all that is offered a texel, the least key, of equals the first triangle. Three
+ * dispatches a list: the least key by an atomic minimum, the first who has it by another, then that
+ * one's value. */
 #include "raster/egl/passes.h"
 
 #include "base/clock.h"
@@ -8,15 +9,15 @@
 
 enum { VALUES = 1, KEYS = 2, BEFORE = 3, TABLES = 4, WINNERS = 6, MOST_TABLES = 2 };
 
-#define OFFER_GLSL \
-    "bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value);\n" \
-    "layout(location = 2) uniform uint first_key;\n" \
-    "layout(std430, binding = 2) buffer Keys { uint keys[]; };\n" \
-    "layout(std430, binding = 6) buffer Winners { uint winners[]; };\n" \
-    "bool offered(uint scan, ivec2 at, out float key, out vec4 value) {\n" \
-    "    vec4 a;\n" \
-    "    for (int k = 0; k < 4; k++) a[k] = varied(scan, k, at);\n" \
-    "    return offer(scans[scan].tag, at, a, key, value) && key < uintBitsToFloat(first_key);\n" \
+#define OFFER_GLSL                                                                                 \
+    "bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value);\n"             \
+    "layout(location = 2) uniform uint first_key;\n"                                               \
+    "layout(std430, binding = 2) buffer Keys { uint keys[]; };\n"                                  \
+    "layout(std430, binding = 6) buffer Winners { uint winners[]; };\n"                            \
+    "bool offered(uint scan, ivec2 at, out float key, out vec4 value) {\n"                         \
+    "    vec4 a;\n"                                                                                \
+    "    for (int k = 0; k < 4; k++) a[k] = varied(scan, k, at);\n"                                \
+    "    return offer(scans[scan].tag, at, a, key, value) && key < uintBitsToFloat(first_key);\n"  \
     "}\n"
 
 static const char least_key[] = SS_WALK_GLSL SS_WALK_PIECES_GLSL OFFER_GLSL
@@ -30,7 +31,8 @@ static const char first_of_equals[] = SS_WALK_GLSL SS_WALK_PIECES_GLSL OFFER_GLS
     "void texel(uint scan, ivec2 at, uint index) {\n"
     "    float key; vec4 value;\n"
     "    if (keys[index] == before[index]) return;\n" /* an earlier list's is as good */
-    "    if (offered(scan, at, key, value) && ordered(key) == keys[index]) atomicMin(winners[index], scan);\n"
+    "    if (offered(scan, at, key, value) && ordered(key) == keys[index]) "
+    "atomicMin(winners[index], scan);\n"
     "}\n";
 
 static const char its_value[] = SS_WALK_GLSL OFFER_GLSL
@@ -52,11 +54,13 @@ typedef struct keeping {
     GLuint pieces, values; /* which take turns as binding 1 */
     const ss_raster_ink *ink;
     const ss_walk_list *list;
-    uint32_t *key;     /* what comes back; NULL: nothing */
+    uint32_t *key; /* what comes back; NULL: nothing */
     float (*value)[4];
 } keeping;
 
-static size_t texels_of(const keeping *k) { return (size_t)k->walk.resolution * k->walk.resolution; }
+static size_t texels_of(const keeping *k) {
+    return (size_t)k->walk.resolution * k->walk.resolution;
+}
 
 /* The same order as in the shaders. */
 static uint32_t ordered(float f) {
@@ -78,7 +82,8 @@ static float unordered(uint32_t bits) {
 static softshadow_status fill(ss_egl_context *c, GLuint buffer, size_t texels, uint32_t value) {
     const softshadow_status status = ss_egl_upload(c, buffer, NULL, texels * sizeof value);
     if (status) return status;
-    c->gl.ClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+    c->gl.ClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                          &value);
     return ss_egl_check(c, "clearing a map");
 }
 
@@ -188,8 +193,8 @@ static void hand_back(const keeping *k) {
     const uint32_t first = ordered(k->ink->first_key);
     for (size_t i = 0; i < texels_of(k); i++) {
         if (bits[i] == first) continue;
-        k->ink->keep(k->ink->keep_ctx, (uint32_t)(i % side), (uint32_t)(i / side), unordered(bits[i]),
-                     k->value[i]);
+        k->ink->keep(k->ink->keep_ctx, (uint32_t)(i % side), (uint32_t)(i / side),
+                     unordered(bits[i]), k->value[i]);
     }
 }
 
@@ -202,15 +207,17 @@ static softshadow_status keep_on(const ss_raster_triangle *triangles, size_t cou
     if (status) k->key = NULL;
     k->job = (ss_egl_job){.begin = stop, .generation = k->walk.generation};
     ss_egl_begin(&k->job);
-    if (status) ss_egl_join(&k->job);
-    else status = ss_egl_end(&k->job);
+    if (status)
+        ss_egl_join(&k->job);
+    else
+        status = ss_egl_end(&k->job);
     k->key = key;
     if (!status) hand_back(k);
     return status;
 }
 
-softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool) {
+softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
+                              uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     if (!ink->offer_glsl) return ss_raster_cpu.keep(triangles, count, resolution, ink, pool);
     if (ink->tables > MOST_TABLES) {
         return ss_fail(SOFTSHADOW_E_INTERNAL, "EGL: an ink with %u tables", ink->tables);
@@ -219,7 +226,8 @@ softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
     k.key = ss_alloc(texels_of(&k), sizeof *k.key);
     k.value = ss_alloc(texels_of(&k), sizeof *k.value);
     softshadow_status status = SOFTSHADOW_OK;
-    if (!k.key || !k.value) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for its texels");
+    if (!k.key || !k.value)
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for its texels");
     if (!status) status = keep_on(triangles, count, &k);
     ss_free(k.key);
     ss_free(k.value);

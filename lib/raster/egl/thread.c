@@ -15,7 +15,7 @@ static struct {
     pthread_mutex_t lock;
     pthread_cond_t arrived, done;
     _Atomic bool running;
-    _Atomic unsigned process; /* the process generation that made the thread */
+    _Atomic unsigned process;  /* the process generation that made the thread */
     ss_egl_job *first, **last; /* not begun */
     /* the thread's own */
     ss_egl_context context;
@@ -40,12 +40,14 @@ static void finish(ss_egl_job *job, softshadow_status status) {
 }
 
 static softshadow_status gone(void) {
-    return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: %s: the context was lost, the device was reset; build again",
+    return ss_fail(SOFTSHADOW_E_BACKEND,
+                   "EGL: %s: the context was lost, the device was reset; build again",
                    egl.context.device.name);
 }
 
 /* A context that was lost takes all with it; the next who opens makes another. */
-static softshadow_status call(softshadow_status (*step)(ss_egl_job *, ss_egl_context *), ss_egl_job *job) {
+static softshadow_status call(softshadow_status (*step)(ss_egl_job *, ss_egl_context *),
+                              ss_egl_job *job) {
     ss_message_clear();
     if (!job->opens && (!egl.open || job->generation != egl.generation)) return gone();
     const softshadow_status status = step(job, &egl.context);
@@ -76,8 +78,10 @@ static void *thread_main(void *nothing) {
         if (job) {
             job->generation = job->generation ? job->generation : egl.generation;
             const softshadow_status status = call(job->begin, job);
-            if (status || !job->end) finish(job, status);
-            else flying[count++] = job;
+            if (status || !job->end)
+                finish(job, status);
+            else
+                flying[count++] = job;
             continue;
         }
         finish(flying[0], call(flying[0]->end, flying[0]));
@@ -100,7 +104,8 @@ static softshadow_status start(void) {
     const int failure = pthread_create(&thread, &attributes, thread_main, NULL);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_attr_destroy(&attributes);
-    if (failure) return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: no thread for it: %s", strerror(failure));
+    if (failure)
+        return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: no thread for it: %s", strerror(failure));
     egl.process = ss_process_generation();
     egl.running = true;
     return SOFTSHADOW_OK;
@@ -163,10 +168,13 @@ static softshadow_status open_context(ss_egl_job *job, ss_egl_context *c) {
 
 softshadow_status ss_egl_open(ss_raster_device *device) {
     const char *wish = getenv("SOFTSHADOW_EGL_DEVICE");
-    opening o = {.job = {.begin = open_context, .opens = true}, .wish = wish && *wish ? wish : NULL, .device = device};
+    opening o = {.job = {.begin = open_context, .opens = true},
+                 .wish = wish && *wish ? wish : NULL,
+                 .device = device};
     softshadow_status status = SOFTSHADOW_OK;
     if (!ss_egl_here()) { /* not even its lock can be trusted */
-        return ss_fail(SOFTSHADOW_E_BACKEND, "EGL: not after fork(), the parent had begun to use it");
+        return ss_fail(SOFTSHADOW_E_BACKEND,
+                       "EGL: not after fork(), the parent had begun to use it");
     }
     pthread_mutex_lock(&egl.lock);
     if (!egl.running) status = start();

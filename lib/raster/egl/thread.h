@@ -1,20 +1,22 @@
-/* The one thread that owns the context: the host's threads never have it current, so that a context of
- * the host's own stays as it was. Made by the first who asks, it lives as long as the process. */
+/* The one thread that owns the context: the host's threads never have it current, so that a context
+ * of the host's own stays as it was. Made by the first who asks, it lives as long as the process.
+ */
 #ifndef SS_RASTER_EGL_THREAD_H
 #define SS_RASTER_EGL_THREAD_H
 
 #include "base/status.h"
 #include "raster/egl/context.h"
 
-/* Something to do on it. `begin` hands work to the device; `end`, where there is one, collects it after
- * others may have begun, so that copies and work overlap. Jobs end in the order in which they began. */
+/* Something to do on it. `begin` hands work to the device; `end`, where there is one, collects it
+ * after others may have begun, so that copies and work overlap. Jobs end in the order in which they
+ * began. */
 typedef struct ss_egl_job {
     softshadow_status (*begin)(struct ss_egl_job *job, ss_egl_context *c);
     softshadow_status (*end)(struct ss_egl_job *job, ss_egl_context *c);
     ss_raster_spent spent;
     /* the thread's own */
     softshadow_status status;
-    bool done, opens; /* opens: needs no context */
+    bool done, opens;    /* opens: needs no context */
     unsigned generation; /* in: of the context that holds what it needs; 0: nothing, any will do */
     char message[SS_MESSAGE_SIZE];
     struct ss_egl_job *next;

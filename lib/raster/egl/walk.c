@@ -2,9 +2,9 @@
 
 #include "base/memory.h"
 
-#define MOST_SCANS ((size_t)1 << 16) /* 8 MiB */
+#define MOST_SCANS  ((size_t)1 << 16) /* 8 MiB */
 #define MOST_PIECES ((size_t)1 << 18) /* 6 MiB; one scan may exceed it by its own */
-#define GROUP 64
+#define GROUP       64
 
 void ss_walk_list_free(ss_walk_list *list) {
     ss_free(list->scan);
@@ -25,7 +25,8 @@ static bool grow(void **items, size_t used, size_t *room, size_t size) {
 }
 
 static bool add_piece(ss_walk_list *list, const ss_scan_block *block) {
-    if (!grow((void **)&list->piece, list->pieces, &list->piece_room, sizeof *list->piece)) return false;
+    if (!grow((void **)&list->piece, list->pieces, &list->piece_room, sizeof *list->piece))
+        return false;
     ss_walk_piece *piece = &list->piece[list->pieces++];
     piece->scan = (uint32_t)list->scans;
     piece->corner = (uint32_t)block->x | (uint32_t)block->y << 16;
@@ -36,7 +37,8 @@ static bool add_piece(ss_walk_list *list, const ss_scan_block *block) {
 
 static void describe(ss_walk_scan *out, const ss_scan *scan, const ss_scan_block *any, uint32_t tag,
                      float bias) {
-    *out = (ss_walk_scan){.first_x = scan->first_x, .first_y = scan->first_y, .tag = tag, .bias = bias};
+    *out = (ss_walk_scan){
+        .first_x = scan->first_x, .first_y = scan->first_y, .tag = tag, .bias = bias};
     for (int i = 0; i < 3; i++) out->right[i] = any->e[i].right, out->up[i] = any->e[i].up;
     for (int k = 0; k < SS_RASTER_ATTRIBUTES; k++) {
         out->start[k] = scan->start[k], out->step_x[k] = scan->step_x[k];
@@ -47,7 +49,8 @@ static void describe(ss_walk_scan *out, const ss_scan *scan, const ss_scan_block
 
 static int32_t least(int32_t a, int32_t b) { return a < b ? a : b; }
 
-softshadow_status ss_walk_list_add(ss_walk_list *list, const ss_scan *scan, uint32_t tag, float bias) {
+softshadow_status ss_walk_list_add(ss_walk_list *list, const ss_scan *scan, uint32_t tag,
+                                   float bias) {
     const size_t before = list->pieces;
     bool room = grow((void **)&list->scan, list->scans, &list->scan_room, sizeof *list->scan);
     if (ss_scan_area(scan) == 0) return SOFTSHADOW_OK;
@@ -64,14 +67,16 @@ softshadow_status ss_walk_list_add(ss_walk_list *list, const ss_scan *scan, uint
             }
         }
     }
-    if (!room) return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu triangles", list->scans);
+    if (!room)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for %zu triangles", list->scans);
     if (list->pieces > before) list->scans++;
     return SOFTSHADOW_OK;
 }
 
 /* ---- on the private thread ------------------------------------------------------------------- */
 
-softshadow_status ss_walk_dispatch(ss_egl_context *c, const ss_walk *walk, GLuint program, size_t count) {
+softshadow_status ss_walk_dispatch(ss_egl_context *c, const ss_walk *walk, GLuint program,
+                                   size_t count) {
     const ss_gl *gl = &c->gl;
     gl->UseProgram(program);
     gl->Uniform1ui(0, (GLuint)count);
