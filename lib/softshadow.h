@@ -199,7 +199,8 @@ typedef struct softshadow_build {
     uint32_t falloff;     /* SOFTSHADOW_FALLOFF_ */
     uint32_t weighting;   /* SOFTSHADOW_UNIFORM, _SOLID_ANGLE, _IRRADIANCE */
     uint32_t mask_taps;   /* "penumbra-mask": taps along a side; 0: 8 */
-    uint32_t blur;        /* "penumbra-mask": non-zero: blur along image rows */
+    uint32_t blur;        /* "penumbra-mask" where points are rows of an image: blur over so many
+                             pixels, 64 at most; 1: over 12; 0: not at all */
     uint32_t seed;        /* turns the sample pattern of "raytrace" */
     double tolerance;     /* wanted RMS error of a point in penumbra; 0: 1/256 */
     double depth_bias;    /* for techniques that compare depths, in units of length; 0: their own */
@@ -254,7 +255,7 @@ typedef struct softshadow_stats {
     uint64_t casters_culled;   /* triangles that no query could need and no map holds */
     uint64_t silhouette_edges;
     uint64_t points, points_lit, points_umbra, points_penumbra;
-    uint64_t points_traced;    /* that any ray was spent on */
+    uint64_t points_traced;    /* that any ray, or any tap of "penumbra-mask", was spent on */
     uint64_t points_bad;       /* not finite, beyond 1e15 or outside bounds: answered NaN */
     uint64_t rays;
     uint64_t map_bytes, peak_bytes; /* held by what was built; most ever held */

@@ -1,6 +1,7 @@
 # One file per algorithm, listed in registry.c.
 libsoftshadow_core_la_SOURCES += \
   %D%/backprojection.c \
+  %D%/blur.c %D%/blur.h \
   %D%/exact.c %D%/exact.h %D%/exact_parts.h %D%/exact_build.c %D%/exact_setup.c \
   %D%/four_texels.h \
   %D%/hard.c \
@@ -14,6 +15,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/pcss.c \
   %D%/penumbra_limit.c \
   %D%/penumbra_map.c \
+  %D%/penumbra_mask.c \
   %D%/penumbra_volume.c \
   %D%/raytrace.c %D%/raytrace.h \
   %D%/registry.c %D%/technique.h \

@@ -11,6 +11,7 @@ extern const ss_technique ss_single_sample;
 extern const ss_technique ss_penumbra_map;
 extern const ss_technique ss_smoothie;
 extern const ss_technique ss_penumbra_volume;
+extern const ss_technique ss_penumbra_mask;
 extern const ss_technique ss_backprojection;
 extern const ss_technique ss_penumbra_limit;
 

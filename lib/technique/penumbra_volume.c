@@ -70,21 +70,6 @@ typedef struct offer {
     const float *ends;
 } offer;
 
-static float depth_near(const volumes *v, double x, double y) {
-    const double most = v->side - 1;
-    const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
-    const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
-    return v->depth[(size_t)row * v->side + column];
-}
-
-/* The depth a little outside of the silhouette at (x, y), where its own surface has ended. Above the
- * edge: something nearer hides the silhouette. */
-static float depth_outside(const volumes *v, double x, double y, const double outwards[2]) {
-    const float near = depth_near(v, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
-    const float far = depth_near(v, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
-    return fmaxf(near, far);
-}
-
 /* Does the volume stand before anything here? Inside, the occluder has to cover the texel; outside,
  * there has to be a receiver that the penumbra has begun on. At the edge snapping decides what covers
  * the texel's centre. */
@@ -160,7 +145,8 @@ static void shade_strip(const volumes *v, const ss_raster_run *run) {
         const float away = run->attribute[0][i];
         const double foot = -wide * away;
         const double x = run->x + i + 0.5 + foot * right[0], y = run->y + 0.5 + foot * right[1];
-        const offer o = {away, run->attribute[1][i], depth_outside(v, x, y, right), ends};
+        const offer o = {away, run->attribute[1][i],
+                         ss_rim_open(v->depth, v->side, x, y, right), ends};
         give(v, run->x + i, run->y, &o);
     }
 }
@@ -193,7 +179,8 @@ static void shade_corner(const volumes *v, const ss_raster_run *run) {
         float ends[6];
         ends_across(v, at, out, ends);
         if (v->paper && !disc) mitre(v, at, place, ends);
-        const offer o = {inside ? -away : away, h, depth_outside(v, at->x, at->y, out), ends};
+        const offer o = {inside ? -away : away, h,
+                         ss_rim_open(v->depth, v->side, at->x, at->y, out), ends};
         give(v, run->x + i, run->y, &o);
     }
 }
@@ -259,6 +246,7 @@ static softshadow_status draw(const ss_stage *stage, volume_state *state) {
     if (status) return status;
     maps->silhouette_edges = found.count;
     if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-volume", VOLUME_CHANNELS);
+    maps->channel_names = "begin,end,from.x,from.y,from.z,to.x,to.y,to.z";
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = build_face(stage, state, &found, face);
     }

@@ -16,6 +16,7 @@ const ss_technique *const ss_techniques[] = {
     &ss_penumbra_map,
     &ss_smoothie,
     &ss_penumbra_volume,
+    &ss_penumbra_mask,
     &ss_backprojection,
     &ss_penumbra_limit,
 };

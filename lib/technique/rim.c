@@ -116,6 +116,22 @@ void ss_rim_free(ss_rim *rim) {
     *rim = (ss_rim){0};
 }
 
+/* ---- what is around it ---------------------------------------------------------------------- */
+
+static float depth_near(const float *depth, uint32_t side, double x, double y) {
+    const double most = side - 1;
+    const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
+    const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
+    return depth[(size_t)row * side + column];
+}
+
+float ss_rim_open(const float *depth, uint32_t side, double x, double y, const double outwards[2]) {
+    const float near =
+        depth_near(depth, side, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
+    const float far = depth_near(depth, side, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
+    return fmaxf(near, far);
+}
+
 /* ---- drawing -------------------------------------------------------------------------------- */
 
 typedef struct artist {

@@ -80,6 +80,11 @@ static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
     "    return square > 0.0 ? square / sqrt(square + varied.w * varied.w) : 0.0;\n" \
     "}\n"
 
+/* How deep light gets past a silhouette: the map's depth a little outside of the place (x, y) on it, one
+ * and a half texels away where its own surface has ended, or two and a half where a bend is still in the
+ * way. Above the edge: something nearer hides the silhouette. */
+float ss_rim_open(const float *depth, uint32_t side, double x, double y, const double outwards[2]);
+
 /* The triangles, to be freed with ss_free; *count of them. */
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
                                   ss_raster_triangle **triangles, size_t *count);

@@ -1,0 +1,435 @@
+/* penumbra-mask: percentage-closer filtering as wide as the penumbra, only where there is one.
+ *
+ * based on: [Cou05] chapter 5: a mask of over-estimated penumbra volumes with the depth of the edge that
+ * each is of (5.1), a filter as wide as receiver and averaged edge depth say, n x n jittered taps (5.2),
+ * and the blur of the visibility image that never crosses ids (5.3). Differs, and why:
+ * - Volumes of single edges, and of discs around vertices between them, over-estimated by a fixed share
+ *   and some texels: the printed construction moves edges towards the light, where s_e = 1 leaves nothing.
+ *   The nearest volume in a texel counts, as there; its edge's depth is that of the nearest place on the
+ *   edge, not of the nearer end.
+ * - In h of map/frame.h the width of the filter is rate (h_r - h_o) for every light; the printed formula
+ *   gives half of that on either side, so s_p is 2. falloff=paper: as printed, taps in a square.
+ * - Taps lie on the light: in a disk or a rectangle, as the point sees it, weighted by its profile.
+ * - A tap that meets something too near to stand before its place on the light looks again, as near as
+ *   that is: else a slope that fills the filter would shadow itself.
+ * - What is in no volume takes no tap: there the shadow map alone knows. In the thesis all that fails the
+ *   depth test is filtered; beyond the volumes it finds nothing.
+ * - Against acne the midpoint between the two nearest surfaces ([Woo92]), which the thesis wished for;
+ *   no nearer than the surface's own slope over 1.5 texels, no farther than 45 degrees there.
+ * - The jitter is a function of the point's place in the map and the seed. */
+#include <math.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "technique/blur.h"
+#include "technique/lamp.h"
+#include "technique/light_maps.h"
+#include "technique/map_techniques.h"
+#include "technique/rim.h"
+#include "trace/samples.h"
+
+/* A texel: the depth of its surface; the depth below which that shadows; the depth at which a penumbra
+ * volume begins (SS_MAP_FAR: none), and that of the edge it is of. */
+enum { MASK_SURFACE, MASK_COMPARED, MASK_VOLUME, MASK_EDGE, MASK_CHANNELS };
+
+#define WIDER    1.25 /* volumes than half a penumbra: "to account for sampling errors" (5.1) */
+#define RAISE    2    /* and texels on top */
+#define CAP      1.5  /* texels: as the hard shadow's slope */
+#define STEEPEST 16.0
+#define NEAR     4 /* h per unit of X: so steep a surface, 76 degrees, still goes on */
+#define ALIKE    0x1p-21f /* relative: eight units in the last place are one surface */
+#define AROUND   2        /* edge depths are averaged over 2 * AROUND + 1 places along each axis */
+#define BLUR     12       /* n_blur of 5.5 */
+
+typedef struct mask_state {
+    ss_light_maps maps;
+    ss_lamp lamp[SS_MAP_FACES];
+    uint32_t taps, blur, seed;
+    bool paper;
+} mask_state;
+
+/* ---- the mask -------------------------------------------------------------------------------- */
+
+typedef struct masking {
+    const ss_frame *frame;
+    const ss_rim *rim;
+    const float *depth; /* of this face */
+    float *texels;
+    uint32_t side;
+    float per_texel; /* of distance, in h: the light's cone, widened */
+    float near;      /* a surface that goes on past an edge is no deeper than this */
+} masking;
+
+/* How far down the light gets past the silhouette that place i of a run is of. */
+static float open_past(const masking *m, const ss_raster_run *run, uint32_t i) {
+    if (run->tag & SS_RIM_CORNER) {
+        const ss_rim_vertex *at = &m->rim->vertex[run->tag / SS_RIM_TAG];
+        const double dx = run->attribute[0][i], dy = run->attribute[2][i], length = hypot(dx, dy);
+        const double per = length > 0 ? (run->tag & SS_RIM_INSIDE ? -1 : 1) / length : 0;
+        return ss_rim_open(m->depth, m->side, at->x, at->y, (double[2]){dx * per, dy * per});
+    }
+    const ss_rim_edge *edge = &m->rim->edge[run->tag / SS_RIM_TAG];
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    const double foot =
+        -run->attribute[0][i] * ss_rim_stretch(&m->rim->vertex[edge->vertex[0]], right);
+    return ss_rim_open(m->depth, m->side, run->x + i + 0.5 + foot * right[0],
+                       run->y + 0.5 + foot * right[1], right);
+}
+
+/* Silhouettes that no light gets past are none: hidden ones, seams, bumps in a surface that goes on. */
+static void shade(void *ctx, const ss_raster_run *run) {
+    const masking *m = ctx;
+    float *texel = m->texels + ((size_t)run->y * m->side + run->x) * MASK_CHANNELS;
+    for (uint32_t i = 0; i < run->n; i++, texel += MASK_CHANNELS) {
+        const float edge = run->attribute[1][i], away = fabsf(ss_rim_away(run, i)) - RAISE;
+        const float begins = edge + (away > 0 ? away * m->per_texel : 0);
+        const float before = texel[MASK_VOLUME];
+        /* the order of edges that meet must not matter */
+        const bool nearer = begins < before || (begins == before && edge < texel[MASK_EDGE]);
+        if (!nearer || !(open_past(m, run, i) > edge + m->near)) continue;
+        texel[MASK_VOLUME] = begins, texel[MASK_EDGE] = edge;
+    }
+}
+
+static double width(const void *ctx, const ss_rim_vertex *vertex) {
+    const ss_frame *frame = ctx;
+    return fmax(0, WIDER * ss_frame_rate(frame) * (frame->far_h - vertex->h)) + RAISE;
+}
+
+static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_silhouette *found) {
+    const ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true};
+    ss_rim rim;
+    ss_raster_triangle *triangles = NULL;
+    size_t count = 0;
+    softshadow_status status = ss_rim_build(&rim, stage, found, m->frame, m->side);
+    m->rim = &rim;
+    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
+    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, m->side, shade, m, stage->pool);
+    ss_free(triangles);
+    ss_rim_free(&rim);
+    return status;
+}
+
+/* ---- what shadows ---------------------------------------------------------------------------- */
+
+typedef struct comparing {
+    float *texels;
+    uint32_t side;
+    float one;   /* a texel's size */
+    float given; /* the host's bias, a length; 0: none */
+    const ss_frame *frame;
+    const float *second; /* what lies below the first surface */
+} comparing;
+
+/* How much h changes towards the neighbours; what changes faster than STEEPEST is another surface. */
+static float slope_along(const comparing *c, const float *at, bool before, bool after, size_t step) {
+    float slope = -1;
+    for (int side = -1; side <= 1; side += 2) {
+        if (!(side < 0 ? before : after)) continue;
+        const float change = fabsf((side < 0 ? at[-(ptrdiff_t)step] : at[step]) - *at);
+        if (change <= (float)STEEPEST * c->one && change > slope) slope = change;
+    }
+    return slope < 0 ? c->one : slope; /* alone, as in a hair: 45 degrees */
+}
+
+static float compared(const comparing *c, const float *texel, uint32_t x, uint32_t y) {
+    const uint32_t last = c->side - 1;
+    const float h = *texel, second = c->second[(size_t)y * c->side + x];
+    if (h == SS_MAP_FAR) return h;
+    if (c->given > 0) return h + (float)ss_frame_step(c->frame, h, c->given);
+    const float across = slope_along(c, texel, x > 0, x < last, MASK_CHANNELS);
+    const float up = slope_along(c, texel, y > 0, y < last, (size_t)MASK_CHANNELS * c->side);
+    const float least = (float)CAP * (across + up);
+    const float most = (float)CAP * (fmaxf(across, c->one) + fmaxf(up, c->one));
+    const float half = second == SS_MAP_FAR ? least : (second - h) / 2;
+    return h + fminf(fmaxf(half, least), most) + ALIKE * (fabsf(h) + c->one);
+}
+
+static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const comparing *c = ctx;
+    for (uint64_t y = begin; y < end; y++) {
+        for (uint32_t x = 0; x < c->side; x++) {
+            float *texel = c->texels + (y * c->side + x) * MASK_CHANNELS;
+            texel[MASK_COMPARED] = compared(c, texel, x, (uint32_t)y);
+        }
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status find_second(const ss_stage *stage, const ss_frame *frame, uint32_t side,
+                                     const float *first, float *above, float *second) {
+    const size_t n = (size_t)side * side;
+    const ss_raster_casters casters = {
+        .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
+    for (size_t i = 0; i < n; i++) {
+        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
+    }
+    return stage->raster->peel(&casters, above, second, stage->pool);
+}
+
+/* ---- building -------------------------------------------------------------------------------- */
+
+static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uint32_t face,
+                                    const ss_silhouette *found, float *scratch) {
+    const ss_light_maps *maps = &mask->maps;
+    const ss_frame *frame = &maps->frames.face[face];
+    const uint32_t side = maps->frames.resolution;
+    const size_t n = (size_t)side * side;
+    float *texels = maps->plane + face * n * MASK_CHANNELS;
+    const float *depth = maps->depth + face * n;
+    softshadow_status status = find_second(stage, frame, side, depth, scratch, scratch + n);
+    for (size_t i = 0; i < n; i++) {
+        texels[i * MASK_CHANNELS + MASK_SURFACE] = depth[i];
+        texels[i * MASK_CHANNELS + MASK_VOLUME] = SS_MAP_FAR;
+    }
+    comparing c = {texels, side, (float)frame->texel,
+                   (float)(stage->params->depth_bias * stage->world->scale), frame, scratch + n};
+    if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &c);
+    masking m = {.frame = frame,
+                 .depth = depth,
+                 .texels = texels,
+                 .side = side,
+                 .per_texel = (float)(1 / (WIDER * ss_frame_rate(frame)))};
+    m.near = fminf(m.per_texel, (float)(NEAR * frame->texel));
+    if (!status) status = draw_mask(stage, &m, found);
+    ss_lamp_make(&mask->lamp[face], stage->light, frame);
+    return status;
+}
+
+static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
+    ss_light_maps *maps = &mask->maps;
+    const size_t n = maps->texels / maps->frames.count;
+    ss_silhouette found;
+    softshadow_status status = ss_rim_find(stage, &found);
+    if (status) return status;
+    maps->silhouette_edges = found.count;
+    float *scratch = found.count ? ss_alloc(n, 2 * sizeof *scratch) : NULL;
+    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-mask", MASK_CHANNELS);
+    maps->channel_names = "surface,compared,volume,edge";
+    if (!status && found.count && !scratch)
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for two maps");
+    for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
+        status = build_face(stage, mask, face, &found, scratch);
+    }
+    ss_free(scratch);
+    ss_silhouette_free(&found);
+    return status;
+}
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    const ss_params *params = stage->params;
+    const ss_light_maps_wish wish = {.state_size = sizeof(mask_state),
+                                     .slope_texels = 1.5,
+                                     .bare = !stage->light->point,
+                                     .margin = true};
+    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    if (status || stage->light->point) return status;
+    mask_state *mask = *state;
+    mask->taps = params->mask_taps, mask->seed = params->seed;
+    mask->blur = params->blur == 1 ? BLUR : params->blur;
+    mask->paper = params->falloff == SOFTSHADOW_FALLOFF_PAPER;
+    if (mask->maps.frames.count) status = draw(stage, mask);
+    if (status) ss_light_maps_destroy(mask), *state = NULL;
+    return status;
+}
+
+/* ---- asking ---------------------------------------------------------------------------------- */
+
+static const float *texel_at(const mask_state *mask, const ss_looks *looks, size_t i) {
+    const size_t row = (uint32_t)looks->y[i], column = (uint32_t)looks->x[i];
+    return mask->maps.plane +
+           (looks->base[i] + row * mask->maps.frames.resolution + column) * MASK_CHANNELS;
+}
+
+static inline bool in_mask(const float *texel, float h) {
+    return h - texel[MASK_VOLUME] > ALIKE * fabsf(h);
+}
+
+/* One point, and the face it looks at. */
+typedef struct asked {
+    const mask_state *mask;
+    const float *texels;
+    ss_lamp_view view;
+    double from_light[2][2]; /* the light's coordinates to texels, for a unit of h */
+    double x, y;
+    float h;
+    double gap; /* h_r - h_o */
+} asked;
+
+static inline const float *place(const asked *a, double x, double y) {
+    const double most = a->mask->maps.frames.resolution - 1.0;
+    const size_t column = (size_t)(x > 0 ? x < most ? x : most : 0);
+    const size_t row = (size_t)(y > 0 ? y < most ? y : most : 0);
+    return a->texels + (row * a->mask->maps.frames.resolution + column) * MASK_CHANNELS;
+}
+
+/* d_o: the mean over the volumes that hold the point, in a region as wide as the filter of the one at
+ * hand. */
+static double mean_edge(const asked *a, const float *texel) {
+    const double gap = (double)a->h - texel[MASK_EDGE];
+    double sum = 0;
+    int n = 0;
+    for (int j = -AROUND; j <= AROUND; j++) {
+        for (int i = -AROUND; i <= AROUND; i++) {
+            const float *t = place(a, a->x + gap * a->view.reach[0] * i / AROUND,
+                                   a->y + gap * a->view.reach[1] * j / AROUND);
+            if (in_mask(t, a->h)) sum += t[MASK_EDGE], n++;
+        }
+    }
+    return n ? sum / n : texel[MASK_EDGE];
+}
+
+/* Where on the map the light's place (s, t) is seen past something h_r - h = 1 away, and how far it is
+ * from the light's centre, in radii. */
+typedef struct aim {
+    double x, y, away;
+} aim;
+
+static inline bool before_light(const asked *a, const float *texel, const aim *at, double gap) {
+    return a->mask->paper || (double)a->h - texel[MASK_SURFACE] >= at->away * gap;
+}
+
+/* Does what is in a texel hide that place? If it is too near to the point to stand before it, what is as
+ * near as that has to: the thing itself, or nothing but a slope the point lies on. */
+static inline float open_at(const asked *a, const float *texel, const aim *at) {
+    if (!(texel[MASK_COMPARED] < a->h)) return 1;
+    if (before_light(a, texel, at, a->gap)) return 0;
+    const double gap = (double)a->h - texel[MASK_SURFACE];
+    const float *own = place(a, a->x + gap * at->x, a->y + gap * at->y);
+    return own[MASK_COMPARED] < a->h && before_light(a, own, at, gap) ? 0 : 1;
+}
+
+/* One tap at (s, t) on the light, compared with four texels: the filter that graphics hardware has. */
+static float tap(const asked *a, double s, double t, double away) {
+    const aim at = {a->from_light[0][0] * s + a->from_light[0][1] * t,
+                    a->from_light[1][0] * s + a->from_light[1][1] * t, away};
+    const double x = a->x + a->gap * at.x - .5, y = a->y + a->gap * at.y - .5;
+    const double left = floor(x), low = floor(y);
+    const float u = (float)(x - left), v = (float)(y - low);
+    const float below = (1 - u) * open_at(a, place(a, left, low), &at) +
+                        u * open_at(a, place(a, left + 1, low), &at);
+    const float above = (1 - u) * open_at(a, place(a, left, low + 1), &at) +
+                        u * open_at(a, place(a, left + 1, low + 1), &at);
+    return (1 - v) * below + v * above;
+}
+
+/* The square to the disk, areas kept: squares around the centre become circles [SC97]. */
+static void to_disk(double *s, double *t) {
+    const double a = *s, b = *t;
+    if (a == 0 && b == 0) return;
+    const bool wide = fabs(a) > fabs(b);
+    const double radius = wide ? a : b;
+    const double angle = wide ? M_PI / 4 * (b / a) : M_PI / 2 - M_PI / 4 * (a / b);
+    *s = radius * cos(angle), *t = radius * sin(angle);
+}
+
+static uint64_t hash_of(const asked *a) {
+    const uint64_t x = (uint64_t)(int64_t)(a->x * 256), y = (uint64_t)(int64_t)(a->y * 256);
+    return ss_hash(ss_hash(x << 32 ^ y) + a->mask->seed);
+}
+
+/* n x n cells, a tap anywhere in each (5.2). */
+static float filter(const asked *a) {
+    const ss_light *light = &a->mask->maps.light;
+    const bool disk = a->view.lamp->disk && !a->mask->paper;
+    const uint32_t n = a->mask->taps;
+    const uint64_t hash = hash_of(a);
+    double sum = 0, all = 0;
+    for (uint32_t k = 0; k < n * n; k++) {
+        const uint64_t jitter = ss_hash(hash + k);
+        double s = 2 * (k % n + (double)(uint32_t)jitter * 0x1p-32) / n - 1;
+        double t = 2 * (k / n + (double)(jitter >> 32) * 0x1p-32) / n - 1;
+        if (disk) to_disk(&s, &t);
+        const double away = disk ? sqrt(s * s + t * t) : fmax(fabs(s), fabs(t));
+        const double weight = light->profile_count ? ss_light_profile(light, away) : 1;
+        sum += weight * tap(a, s, t, away), all += weight;
+    }
+    return all > 0 ? (float)(sum / all) : 1;
+}
+
+static void invert(const double m[2][2], double out[2][2]) {
+    const double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    out[0][0] = m[1][1] / det, out[0][1] = -m[0][1] / det;
+    out[1][0] = -m[1][0] / det, out[1][1] = m[0][0] / det;
+}
+
+static float seen_by(const mask_state *mask, const ss_looks *looks, size_t i) {
+    const float *texel = texel_at(mask, looks, i);
+    const uint32_t face = looks->face[i], side = mask->maps.frames.resolution;
+    const float hard = texel[MASK_COMPARED] < looks->h[i] ? 0 : 1;
+    if (!in_mask(texel, looks->h[i])) return hard;
+    asked a = {.mask = mask,
+               .texels = mask->maps.plane + (size_t)face * side * side * MASK_CHANNELS,
+               .x = looks->x[i],
+               .y = looks->y[i],
+               .h = looks->h[i]};
+    if (!ss_lamp_see(&mask->lamp[face], a.x, a.y, a.h, &a.view)) return hard;
+    invert(a.view.to_light, a.from_light);
+    a.gap = (mask->paper ? .5 : 1) * ((double)a.h - mean_edge(&a, texel));
+    return filter(&a);
+}
+
+static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    for (size_t i = 0; i < n; i++) out[i] = seen_by((const mask_state *)maps, looks, i);
+}
+
+/* Counts the points that took taps, and marks them where an image will be blurred. */
+static void mark(const mask_state *mask, const ss_point *points, size_t n, bool marks,
+                 float *visibility, ss_counts *counts) {
+    for (size_t first = 0; first < n; first += SS_LOOKS) {
+        const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
+        ss_looks looks;
+        ss_frames_look(&mask->maps.frames, points + first, m, &looks);
+        for (size_t i = 0; i < m; i++) {
+            if (!in_mask(texel_at(mask, &looks, i), looks.h[i])) continue;
+            counts->traced++;
+            if (marks) visibility[first + i] = -visibility[first + i];
+        }
+    }
+}
+
+static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
+                               size_t n, float *visibility, float *bound, ss_arena *scratch,
+                               ss_counts *counts) {
+    (void)scratch;
+    const mask_state *mask = state;
+    const ss_light_maps *maps = state;
+    const softshadow_status status = ss_light_maps_query(
+        maps, maps->plane ? answer : ss_light_maps_hard, points, n, visibility, bound, counts);
+    if (!status && maps->plane) {
+        mark(mask, points, n, stage->rows && mask->blur, visibility, counts);
+    }
+    return status;
+}
+
+static softshadow_status finish(const ss_stage *stage, const void *state, const ss_image *image,
+                                ss_pool *pool, ss_counts *counts) {
+    (void)stage;
+    const mask_state *mask = state;
+    if (!mask->maps.plane || !mask->blur) return SOFTSHADOW_OK;
+    return ss_blur(image, mask->blur, pool, counts);
+}
+
+const ss_technique ss_penumbra_mask = {
+    .name = "penumbra-mask",
+    .title = "penumbra volumes as a mask for percentage-closer filtering",
+    .cite = "Cou05",
+    .notes =
+        "Noisy: mask_taps x mask_taps jittered taps a point, only inside the mask. blur: over so many "
+        "pixels where the points are rows of an image, 1 for 12, never across ids. One depth of edges "
+        "for all that blocks, and only what the light's centre sees. falloff: only paper makes a "
+        "difference, the taps have the light's shape.",
+    .needs = SS_NEEDS_SILHOUETTES,
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ALL,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .query = query,
+    .finish = finish,
+    .destroy = ss_light_maps_destroy,
+    .bytes = ss_light_maps_bytes,
+    .map_count = ss_light_maps_count,
+    .get_map = ss_light_maps_get,
+    .silhouette_edges = ss_light_maps_silhouettes,
+    .casters_culled = ss_light_maps_culled,
+};
