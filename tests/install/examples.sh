@@ -51,6 +51,35 @@ status=0
 ./05_dlopen "$root/none.so" 2>none.txt || status=$?
 [ "$status" = 3 ] && grep -q 'no soft shadows' none.txt || wrong "05 without the library: status $status"
 
+# A library of the next major version has every call, and is not used.
+for call in version create destroy add_mesh set_light build_maps query_visibility last_message; do
+    echo "unsigned softshadow_$call(void); unsigned softshadow_$call(void) { return 20000; }"
+done >next.c
+${CC:-cc} -shared -fPIC -o next.so next.c
+status=0
+./05_dlopen ./next.so 2>next.txt || status=$?
+[ "$status" = 3 ] && grep -q 'version 20000' next.txt || wrong "05 with version 2: status $status"
+
+# A renderer of another make: the same light with the library as with shadow rays, and less noise.
+./06_tinytracer with.ppm 4 60 >6.txt && ./06_tinytracer rays.ppm 4 60 "$root/none.so" >>6.txt &&
+    ./06_tinytracer next.ppm 4 60 ./next.so >>6.txt &&
+    ./06_tinytracer truth.ppm 400 60 "$root/none.so" >>6.txt || wrong "06_tinytracer: exit status $?"
+cat 6.txt
+[ "$(grep -c 'from softshadow' 6.txt)" = 1 ] || wrong "06: the library is used once"
+cmp -s rays.ppm next.ppm || wrong "06: version 2 of the library is as good as none"
+linear() { tail -c 7200 "$1" | od -An -v -tu1 -w1; }
+linear truth.ppm >truth.txt
+for kind in with rays; do
+    linear $kind.ppm | paste - truth.txt | awk -v kind=$kind '
+        { a = ($1 / 255) ^ 2.2; b = ($2 / 255) ^ 2.2; sum += a; truth += b; square += (a - b) ^ 2 }
+        END { print kind, NR, sum / truth, sqrt(square / NR) }'
+done >noise.txt
+cat noise.txt
+# The random numbers are always the same. Noise left by other bounces moves the mean by 0.2 %.
+awk '{ mean[$1] = $3; rms[$1] = $4; n += $2 }
+     END { exit !(n == 14400 && mean["with"] > .99 && mean["with"] < 1.01 &&
+                  rms["with"] < .9 * rms["rays"]) }' noise.txt || wrong "06: $(cat noise.txt)"
+
 # The reader for OpenImageIO finds the installed library and knows its files.
 plugin=$(find "$root" -name softshadow.imageio.so)
 [ -n "$plugin" ] || wrong "softshadow.imageio.so is not installed"
