@@ -4,6 +4,7 @@ softshadow_SOURCES += \
   %D%/command.c %D%/bench.h %D%/clock.h \
   %D%/brute.c %D%/brute.h \
   %D%/figure10.c %D%/figure10.h tests/figure10.c tests/figure10.h \
+  %D%/maps.c %D%/maps.h \
   %D%/measure.c %D%/truth.c \
   %D%/peer.c %D%/peer.h \
   %D%/rays.c \

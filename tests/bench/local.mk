@@ -1,4 +1,4 @@
-EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv
+EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv %D%/maps.csv %D%/plot_maps.py
 # Built by name only: make tests/bench/decimate
 EXTRA_PROGRAMS += tests/bench/decimate
 tests_bench_decimate_SOURCES = %D%/decimate.cc

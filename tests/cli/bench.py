@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """The bench measures what it says it does: on scenes that take a second, against what must hold."""
 import csv
+import json
 import os
 import re
 import struct
 import subprocess
+import sys
+import xml.dom.minidom
 
-from command import LIGHT, MESH, Case, main
+from command import LIGHT, MESH, SOURCE, Case, main
 
 SMALL = ["--side", "24", "--truth-points", "200", "--truth-samples", "16384", "--repeat", "1"]
 
@@ -94,6 +97,30 @@ class Bench(Case):
         self.bad(self.run_it("bench", "--figure10=" + self.path("no/f")), 1, "no/f")
         with open("/dev/full", "wb") as full:
             self.bad(self.run_it("bench", "--figure10=" + self.path("f"), stdout=full), 1)
+
+    def test_maps(self):
+        out = self.good(self.run_it("bench", "--maps", "--scenes", "triangle", "--lights", "object", "--side",
+                                    "24", "--truth-points", "60", "--truth-samples", "4096", "--csv",
+                                    self.path("maps.csv"))).decode()
+        self.assertIn("triangle: 1 triangles, object light", out)
+        rows = self.rows("maps.csv")
+        listed = {m["name"] for m in json.loads(self.good(self.run_it("methods", "--json")))
+                  if m["bound"] == "none" and m["name"] != "auto"}
+        self.assertEqual({row["method"] for row in rows} - {"exact"} - {"penumbra-limit (propagated)"}, listed)
+        hard = {int(row["resolution"]): row for row in rows if row["method"] == "hard"}
+        self.assertEqual(sorted(hard), [256, 512, 1024, 2048, 4096])
+        for row in rows:
+            rms, most, bias = (float(row[name]) for name in ("rms", "max", "bias"))
+            self.assertLessEqual(abs(bias), rms + 1e-5)
+            self.assertLessEqual(rms, most + 1e-4)
+            self.assertTrue(0 <= float(row["within"]) <= 100 and float(row["ns_a_point"]) > 0, row)
+        exact = [float(row["rms"]) for row in rows if row["method"] == "exact"]
+        self.assertLess(exact[0], float(hard[1024]["rms"]))
+        plot = os.path.join(SOURCE, "tests", "bench", "plot_maps.py")
+        subprocess.run([sys.executable, plot, self.path("maps.csv"), self.path("maps.svg")], check=True)
+        drawn = self.get("maps.svg")
+        self.assertEqual(drawn.count(b"<circle"), len(rows))
+        xml.dom.minidom.parseString(drawn)
 
     def test_usage(self):
         self.bad(self.run_it("bench", "--scenes", "bunnny"), 2, "--scenes bunnny", "bunny")
