@@ -56,9 +56,9 @@ static softshadow_status check_request(const softshadow_build *request) {
     return status ? status : check_bounds(request->bounds);
 }
 
-/* What "auto" stands for: the noise-free engine at as many samples as the tolerance needs. Rays are
- * faster at equal error where a mesh is very dense, or much error is allowed: tests/bench/results.csv
- * has ratios below 1. Nothing chooses them yet. */
+/* What "auto" stands for: the noise-free engine at as many samples as the tolerance needs, with
+ * coarser levels of dense meshes where they are repaid (SS_NEEDS_LOD). Rays are faster where much
+ * error is allowed, and where a very dense mesh is asked for few points; nothing chooses them yet. */
 #define AUTO "exact"
 /* The worst scene measured, foliage under a light of its own size, has an RMS error of .0111 at 256
  * samples, .0044 at 1024 and .0017 at 4096 (softshadow bench --scenes leaves-2k --lights object);
