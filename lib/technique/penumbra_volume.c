@@ -2,7 +2,8 @@
  *
  * based on: [Cou05] chapter 4: inner and outer volumes (4.1.2), the depth map of the volumes and the
  * two maps of end points, drawn in one pass (4.1.3), the light cut by the plane through point and edge
- * (4.2, listing 4.2), sub-lights against the single-silhouette artefact (4.3). Differs, and why:
+ * (4.2, listing 4.2). Not here: its remedy for the single-silhouette artefact (4.3), sub-lights; a host
+ * can add them as lights of its own and take the mean. Differs, and why:
  * - The thesis cuts a disk that stands perpendicular to the cutting plane and adds 3 k^2 - 2 k^3; its
  *   equation 4.1 as printed is that of the hidden part. Here the light's own shape is cut: a disk along
  *   the line in which the plane meets it, a sphere's disk as the point sees it. falloff=paper does as
