@@ -1,8 +1,8 @@
-/* From a point, a surface that is off by d at t along the segments is seen d / t beside its place, on
- * the light's own plane: in cells of the lattice that is d / t times how fast the grid's coordinates
- * change with a place at t = 1. So a level may stand for everything beyond one t, and segments that
- * leave a surface at a grazing angle are no exception: there the light is cut by that surface's own
- * rim, which moves no farther than any other.
+/* From a point, a surface that is off by d at t along the segments is seen d / t beside its place,
+ * on the light's own plane: in cells of the lattice that is d / t times how fast the grid's
+ * coordinates change with a place at t = 1. So a level may stand for everything beyond one t, and
+ * segments that leave a surface at a grazing angle are no exception: there the light is cut by that
+ * surface's own rim, which moves no farther than any other.
  *
  * based on: depth slabs of levels of detail, ORed into one mask, each cut off where it begins. */
 #include "coverage/slab.h"
@@ -71,8 +71,8 @@ static bool fill(const ss_group *g, const rates *r, ss_slab *slab, const ss_lod_
     return any;
 }
 
-/* Finer slabs go on into coarser ones by what both may be off, so that nothing falls between. What is
- * so near the light that a level could put it behind is the casters' own business. */
+/* Finer slabs go on into coarser ones by what both may be off, so that nothing falls between. What
+ * is so near the light that a level could put it behind is the casters' own business. */
 static void join(ss_group *g, float more) {
     for (uint32_t i = 0; i + 1 < g->slab_count; i++) {
         g->slabs[i].t_until = g->slabs[i + 1].t_safe + more;

@@ -5,14 +5,15 @@
 #include "topology/topology.h"
 #include "trace/lod.h"
 
-/* Levels take some 3 us a triangle to make, and save the more the denser a mesh is: measured, .7 us a
- * point of 70,000 triangles and 12 us of 870,000. Either way they are repaid by a quarter of a million
- * points; where little is dense there is nothing to save. */
+/* Levels take some 3 us a triangle to make, and save the more the denser a mesh is: measured, .7 us
+ * a point of 70,000 triangles and 12 us of 870,000. Either way they are repaid by a quarter of a
+ * million points; where little is dense there is nothing to save. */
 #define LEAST_POINTS    ((uint64_t)1 << 18)
 #define LEAST_TRIANGLES 8192
 
 void ss_engine_drop_lod_lights(ss_built *built) {
-    for (uint32_t i = 0; i < built->lod_light_count; i++) ss_lod_light_destroy(built->lod_lights[i]);
+    for (uint32_t i = 0; i < built->lod_light_count; i++)
+        ss_lod_light_destroy(built->lod_lights[i]);
     ss_free(built->lod_lights);
     built->lod_lights = NULL, built->lod_light_count = 0;
 }
@@ -46,8 +47,8 @@ static softshadow_status make_levels(softshadow *handle) {
     status = ss_lod_create(&built->lod, built->world, levels, handle->pool);
     ss_levels_destroy(levels);
     for (uint32_t k = 0; !status && k < built->lod->count; k++) {
-        status = ss_topology_build(&built->lod_topology[k], built->lod->level[k].world,
-                                   handle->pool);
+        status =
+            ss_topology_build(&built->lod_topology[k], built->lod->level[k].world, handle->pool);
     }
     if (status) {
         ss_engine_drop_lod(built);

@@ -261,8 +261,8 @@ static const ss_lattice *first_samples(scratch *s) {
     return s->state->few;
 }
 
-/* The group is enclosed already, by its points as they were given. *fine: which of them needed all of
- * the samples. */
+/* The group is enclosed already, by its points as they were given. *fine: which of them needed all
+ * of the samples. */
 static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out,
                                       uint32_t *fine) {
     const exact *e = s->state;
@@ -322,8 +322,8 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, const ss_
     if (normal && !ss_light_above(s->stage->light, s->contact[0].p, point->normal)) {
         ss_bound_mark_horizon(lattice, s->view, normal, s->marks, wide);
     }
-    *out = ss_bound_sum(lattice, &e->light, s->view, s->stage->params->weighting, normal,
-                        s->marks, wide);
+    *out = ss_bound_sum(lattice, &e->light, s->view, s->stage->params->weighting, normal, s->marks,
+                        wide);
     return SOFTSHADOW_OK;
 }
 

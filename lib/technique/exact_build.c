@@ -122,6 +122,6 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
 
 size_t ss_exact_bytes(const void *state) {
     const exact *e = state;
-    return sizeof *e + ss_lattice_bytes(e->samples) +
-           (e->few ? ss_lattice_bytes(e->few) : 0) + ss_outline_bytes(e->outline);
+    return sizeof *e + ss_lattice_bytes(e->samples) + (e->few ? ss_lattice_bytes(e->few) : 0) +
+           ss_outline_bytes(e->outline);
 }

@@ -10,8 +10,9 @@
 
 typedef struct exact {
     ss_lattice *samples;
-    ss_lattice *few; /* tried first, or NULL: they do where little of the light's outline is cut ... */
-    uint32_t rough;  /* ... into: up to so many neighbours of which one is seen and the other not */
+    ss_lattice
+        *few; /* tried first, or NULL: they do where little of the light's outline is cut ... */
+    uint32_t rough; /* ... into: up to so many neighbours of which one is seen and the other not */
     ss_outline *outline;
     ss_light light; /* with its axes in summing order */
     uint8_t axis[3];
@@ -37,10 +38,11 @@ typedef struct scratch {
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
-    double size;     /* largest coordinate of the casters as the host gave them, local units */
+    double size;      /* largest coordinate of the casters as the host gave them, local units */
     uint64_t settled; /* points answered by whole groups */
     uint32_t tried, failed; /* groups that began with few samples; those of them that needed more */
-    double stray;    /* how far beside the casters a coarser scene may be seen: half-widths of the light */
+    double stray;    /* how far beside the casters a coarser scene may be seen: half-widths of the
+                        light */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
 
@@ -56,8 +58,8 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
 bool ss_exact_room(scratch *s, size_t count);
 /* Finds the boxes of a query's points. False: out of memory. */
 bool ss_exact_measure(scratch *s, const ss_point *points, size_t n);
-/* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. *frame: of
- * the points around them, or NULL; becomes that for the parts of these. */
+/* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. *frame:
+ * of the points around them, or NULL; becomes that for the parts of these. */
 bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
                       const ss_shaft_frame **frame);
 /* Finds the contacts and views of a group that is enclosed, and makes room for what moved. The

@@ -1,4 +1,5 @@
-/* Coarser scenes (trace/lod) and the depths from which they stand for the casters (coverage/slab). */
+/* Coarser scenes (trace/lod) and the depths from which they stand for the casters (coverage/slab).
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -31,8 +32,12 @@ typedef struct stand {
 
 /* A bumpy sphere that has levels, and a cube that has none. */
 static stand raise_stand(void) {
-    stand s = {.light = {.type = SOFTSHADOW_RECT, .centre = {0.2, 0.3, 4}, .normal = {0, 0, -1},
-                         .u = {0.5, 0, 0}, .v = {0, 0.8, 0}, .radius = 1}};
+    stand s = {.light = {.type = SOFTSHADOW_RECT,
+                         .centre = {0.2, 0.3, 4},
+                         .normal = {0, 0, -1},
+                         .u = {0.5, 0, 0},
+                         .v = {0, 0.8, 0},
+                         .radius = 1}};
     shape ball = shape_sphere(48, 0.1), cube = shape_cube();
     const softshadow_mesh meshes[] = {shape_mesh(&ball), shape_mesh(&cube)};
     uint32_t id;
@@ -80,8 +85,7 @@ static void every_level_is_a_scene(void **unused) {
         assert_int_equal(w->meshes[1].first_triangle, ball->triangle_count);
         const ss_world_mesh *cube = &s.world->meshes[1];
         for (size_t i = 0; i < 36; i++) {
-            const float *a = w->vertices +
-                             3 * (size_t)w->indices[3 * ball->triangle_count + i],
+            const float *a = w->vertices + 3 * (size_t)w->indices[3 * ball->triangle_count + i],
                         *b = s.world->vertices +
                              3 * (size_t)s.world->indices[3 * (size_t)cube->first_triangle + i];
             assert_memory_equal(a, b, 3 * sizeof *a);
@@ -175,8 +179,8 @@ static void slabs_begin_where_a_level_is_good_enough(void **unused) {
         assert_int_equal(slab->skip_count, 0);
         for (unsigned lane = 0; lane < SS_LANES; lane++) {
             const double t = slab->t_near[lane];
-            /* By its deviation within so many cells along each axis of the grid; by the largest within
-             * the blur. Depth changes with the place, too: of second order. */
+            /* By its deviation within so many cells along each axis of the grid; by the largest
+             * within the blur. Depth changes with the place, too: of second order. */
             assert_true(moves(g, &s, lane, t, level->deviation) < 1.1 * sqrt(2) * cells);
             assert_true(moves(g, &s, lane, t, level->deviation_max) < 1.1 * (double)g->blur);
             /* No gap to the next finer, nor to the light. */
