@@ -237,12 +237,12 @@ static bool load_profile(cli_build_options *o, cli_error *error) {
 }
 
 static bool check_method(const char *name, cli_error *error) {
-    const char *names[64] = {"auto"}, *nearest;
+    const char *names[64] = {0}, *nearest;
     uint32_t count = 0;
     softshadow_method_count(&count);
-    for (uint32_t i = 0; i < count && i < 62; i++) {
+    for (uint32_t i = 0; i < count && i < 63; i++) {
         softshadow_method method = SOFTSHADOW_METHOD_INIT;
-        if (softshadow_method_info(i, &method) == SOFTSHADOW_OK) names[i + 1] = method.name;
+        if (softshadow_method_info(i, &method) == SOFTSHADOW_OK) names[i] = method.name;
     }
     for (const char *const *n = names; *n; n++)
         if (strcmp(*n, name) == 0) return true;
@@ -253,7 +253,7 @@ static bool check_method(const char *name, cli_error *error) {
         return cli_fail(error, CLI_USAGE, "--method %s: is no method, did you mean %s?", shown.text,
                         nearest);
     return cli_fail(error, CLI_USAGE,
-                    "--method %s: auto and what 'softshadow methods' lists are allowed",
+                    "--method %s: what 'softshadow methods' lists is allowed",
                     shown.text);
 }
 

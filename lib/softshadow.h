@@ -452,7 +452,7 @@ SOFTSHADOW_API softshadow_status softshadow_map_count(const softshadow *handle, 
 SOFTSHADOW_API softshadow_status softshadow_get_map(const softshadow *handle, uint32_t index,
                                                     softshadow_map *map);
 
-/* The methods this library has, in a fixed order; needs no handle. */
+/* The methods this library has, in a fixed order, "auto" first; needs no handle. */
 SOFTSHADOW_API softshadow_status softshadow_method_count(uint32_t *count);
 SOFTSHADOW_API softshadow_status softshadow_method_info(uint32_t index, softshadow_method *method);
 

@@ -439,7 +439,7 @@ softshadow_status softshadow_method_count(uint32_t *count) {
     ss_message_clear();
     message_owner = NULL;
     if (!count) return ss_fail(SOFTSHADOW_E_ARGUMENT, "count: NULL");
-    *count = ss_technique_count;
+    *count = ss_plan_method_count();
     return SOFTSHADOW_OK;
 }
 
@@ -448,17 +448,10 @@ softshadow_status softshadow_method_info(uint32_t index, softshadow_method *give
     message_owner = NULL;
     softshadow_method method = SOFTSHADOW_METHOD_INIT;
     softshadow_status status = SOFTSHADOW_OK;
-    if (index < ss_technique_count) {
-        const ss_technique *technique = ss_techniques[index];
-        method.name = technique->name, method.title = technique->title;
-        method.citation = technique->cite, method.notes = technique->notes;
-        method.bound_kind = technique->bound_kind;
-        method.lights_native = technique->lights_native;
-        method.lights_approximated = technique->lights_approximated;
-        method.backends = 1u << SOFTSHADOW_CPU | (technique->query_glsl ? 1u << SOFTSHADOW_EGL : 0);
-    } else {
+    if (!ss_plan_method(index, &method)) {
+        method = (softshadow_method)SOFTSHADOW_METHOD_INIT;
         status = ss_fail(SOFTSHADOW_E_ARGUMENT, "index: %u, must be below %u", index,
-                         ss_technique_count);
+                         ss_plan_method_count());
     }
     const softshadow_status copied =
         ss_struct_out("method", given, &method, sizeof method, SIZE_1_0(softshadow_method));

@@ -77,6 +77,26 @@ static uint32_t samples_for(double tolerance) {
 
 static bool is_auto(const char *name) { return strcmp(name, "auto") == 0; }
 
+uint32_t ss_plan_method_count(void) { return ss_technique_count + 1; }
+
+bool ss_plan_method(uint32_t index, softshadow_method *method) {
+    if (index > ss_technique_count) return false;
+    const ss_technique *technique =
+        index ? ss_techniques[index - 1] : ss_technique_find(AUTO);
+    method->name = technique->name, method->title = technique->title;
+    method->citation = technique->cite, method->notes = technique->notes;
+    method->bound_kind = technique->bound_kind;
+    method->lights_native = technique->lights_native;
+    method->lights_approximated = technique->lights_approximated;
+    method->backends = 1u << SOFTSHADOW_CPU | (technique->query_glsl ? 1u << SOFTSHADOW_EGL : 0);
+    if (index) return true;
+    method->name = "auto";
+    method->title = "What meets the tolerance asked for in the least time (the default)";
+    method->notes = "samples as the tolerance needs; coarser levels of dense meshes where they repay "
+                    "their making";
+    return true;
+}
+
 static softshadow_status find_technique(const char *name, const ss_technique **out) {
     char names[SS_MESSAGE_SIZE] = "auto";
     *out = ss_technique_find(is_auto(name) ? AUTO : name);

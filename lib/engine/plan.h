@@ -16,6 +16,10 @@ typedef struct ss_plan {
     char why[SS_MESSAGE_SIZE]; /* it is the CPU then; "" where it is not */
 } ss_plan;
 
+/* The methods there are: "auto", then the techniques. False: there are not so many. */
+uint32_t ss_plan_method_count(void);
+bool ss_plan_method(uint32_t index, softshadow_method *method);
+
 /* Checks a request against the scene and decides. Changes nothing. */
 softshadow_status ss_plan_make(ss_plan *plan, const softshadow_build *request,
                                const ss_scene *scene);
