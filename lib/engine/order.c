@@ -109,17 +109,24 @@ static float longest_run(const float (*at)[3], size_t n) {
     return LOOSE * apart[PAIRS / 2] / sqrtf((float)n);
 }
 
+/* Four numbers at once, in the compiler's own vectors. The fourth is the next point's first. */
+typedef float four __attribute__((vector_size(16)));
+typedef int truths __attribute__((vector_size(16)));
+
+static inline four choose(truths which, four a, four b) {
+    return (four)(((truths)a & which) | ((truths)b & ~which));
+}
+
 /* NaN is in no run. */
 static bool lie_together(const float (*at)[3], float size) {
-    float bounds[6];
-    empty_bounds(bounds);
-    bool all = true;
-    for (size_t i = 0; i < SS_ORDER_RUN; i++) {
-        all &= at[i][0] == at[i][0];
-        widen(bounds, at[i], at[i]);
+    four p[SS_ORDER_RUN], low, high;
+    for (int i = 0; i < SS_ORDER_RUN; i++) memcpy(&p[i], at[i], sizeof p[i]);
+    low = high = p[0];
+    for (int i = 1; i < SS_ORDER_RUN; i++) {
+        low = choose(p[i] < low, p[i], low), high = choose(p[i] > high, p[i], high);
     }
-    for (int k = 0; k < 3; k++) all &= bounds[3 + k] - bounds[k] <= size;
-    return all;
+    const four length = high - low, all = p[0] + p[1] + p[2] + p[3];
+    return all[0] == all[0] && length[0] <= size && length[1] <= size && length[2] <= size;
 }
 
 /* Points begin..end as items with their keys; returns how many. */
@@ -151,14 +158,6 @@ typedef struct pass {
 static size_t points_end(const pass *p, uint64_t chunk) {
     const size_t end = (chunk + 1) * CHUNK;
     return end < p->points ? end : p->points;
-}
-
-/* Four numbers at once, in the compiler's own vectors. The fourth is the next point's first. */
-typedef float four __attribute__((vector_size(16)));
-typedef int truths __attribute__((vector_size(16)));
-
-static inline four choose(truths which, four a, four b) {
-    return (four)(((truths)a & which) | ((truths)b & ~which));
 }
 
 static softshadow_status bound_chunk(void *ctx, uint64_t chunk, uint64_t end) {

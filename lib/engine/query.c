@@ -225,9 +225,8 @@ static softshadow_status look_at(void *ctx, uint64_t begin, uint64_t end) {
 }
 
 /* Points first .. first + n - 1, which were looked at. */
-static void read_points(const batch *b, size_t first, size_t n, ss_point *points) {
+static void read_points(const batch *b, bool plain, size_t first, size_t n, ss_point *points) {
     const ss_stage *stage = b->asked->stage;
-    const bool plain = is_plain(b);
     for (size_t j = 0; j < n; j++) {
         const size_t i = b->first + first + j;
         ss_point *point = &points[j];
@@ -294,9 +293,10 @@ static softshadow_status answer_ordered(batch *b, size_t begin, size_t end, ss_a
     ss_point *points = ss_arena_alloc(arena, (end - begin) * SS_ORDER_RUN, sizeof *points);
     size_t n = 0;
     if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for points");
+    const bool plain = is_plain(b);
     for (size_t i = begin; i < end; i++) {
         const size_t first = ss_order_first(&item[i]), length = ss_order_length(&item[i]);
-        read_points(b, first, length, points + n);
+        read_points(b, plain, first, length, points + n);
         n += length;
     }
     return answer(b, points, n, arena);

@@ -200,7 +200,12 @@ static void find_contacts(scratch *s, const ss_point *points, unsigned n, double
     bool known = false;
     double moved = 0;
     for (unsigned lane = 0; lane < n; lane++) known |= points[lane].triangle != SS_NO_TRIANGLE;
-    const bool none = !known && ss_contact_none(s->stage->bvh, s->stage->world, low, high, ulp);
+    ss_contact_crowd crowd = {.count = SS_LANES, .ulp = ulp};
+    for (int k = 0; k < 3; k++) {
+        crowd.at[k] = s->views->at[k], crowd.low[k] = low[k], crowd.high[k] = high[k];
+    }
+    const bool none =
+        !known && ss_contact_none(s->stage->bvh, s->stage->world, &crowd, s->faces);
     for (unsigned lane = 0; lane < n; lane++) {
         if (none) {
             s->contact[lane].near_count = s->contact[lane].tested_count = 0;

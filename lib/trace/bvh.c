@@ -111,9 +111,10 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
     return found;
 }
 
-bool ss_bvh_near_none(const ss_bvh *bvh, const double low[3], const double high[3], double radius) {
+size_t ss_bvh_near_box(const ss_bvh *bvh, const double low[3], const double high[3], double radius,
+                       uint32_t *triangles, size_t room) {
     uint32_t stack[SS_BVH_STACK];
-    size_t depth = 0;
+    size_t depth = 0, found = 0;
     float below[3], above[3];
     for (int k = 0; k < 3; k++) {
         below[k] = nextafterf((float)(low[k] - radius), -INFINITY);
@@ -130,11 +131,13 @@ bool ss_bvh_near_none(const ss_bvh *bvh, const double low[3], const double high[
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
             for (uint32_t s = 0; s < leaf->count; s++) {
-                if (triangle_near(leaf, s, low, high, radius)) return false;
+                if (!triangle_near(leaf, s, low, high, radius)) continue;
+                if (found == room) return room + 1;
+                triangles[found++] = leaf->triangle[s];
             }
         }
     }
-    return true;
+    return found;
 }
 
 /* ---- empty shafts ------------------------------------------------------------------------------*/

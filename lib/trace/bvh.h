@@ -20,8 +20,9 @@ size_t ss_bvh_bytes(const ss_bvh *bvh);
 size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
                    size_t room);
 
-/* Are there none for any point of the box? */
-bool ss_bvh_near_none(const ss_bvh *bvh, const double low[3], const double high[3], double radius);
+/* The same for any point of a box, in no order; stops at room + 1. */
+size_t ss_bvh_near_box(const ss_bvh *bvh, const double low[3], const double high[3], double radius,
+                       uint32_t *triangles, size_t room);
 
 /* Could any triangle touch a segment from a point of the box (low..high, local) to the light? The
  * answer "no" is certain, including every triangle that only touches such a segment's ends or rim. */

@@ -13,7 +13,8 @@
 
 #include "base/vec.h"
 
-#define ROOM 128 /* near boxes looked at */
+#define ROOM 128      /* near boxes looked at */
+#define CROWD_ROOM 24 /* and for a crowd: beyond, each of it looks for itself as fast */
 
 #define ULPS 4   /* that the distance of a face touched may be: three roundings each of point and face */
 
@@ -199,11 +200,31 @@ void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *p
     contact->near_count += contact->tested_count;
 }
 
-bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const double low[3],
-                     const double high[3], double ulp) {
-    const double size = ss_max(host_size(world, low), host_size(world, high));
-    const double radius = SS_NEAR + longest_reach(world, ulp, size);
-    return ss_bvh_near_none(bvh, low, high, radius + 0x1p-24);
+/* Are all of them farther than `radius` from the face's plane? */
+static bool far_from_plane(const ss_contact_face *face, const ss_contact_crowd *crowd,
+                           double radius) {
+    const double *n = face->normal, *x = crowd->at[0], *y = crowd->at[1], *z = crowd->at[2];
+    const double place = ss_dot(n, face->corner[0]);
+    if (!face->sound) return false;
+    for (size_t i = 0; i < crowd->count; i++) {
+        if (!(fabs(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] - place) > radius)) return false;
+    }
+    return true;
+}
+
+bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const ss_contact_crowd *crowd,
+                     ss_contact_face *cache) {
+    uint32_t box[CROWD_ROOM];
+    const double size = ss_max(host_size(world, crowd->low), host_size(world, crowd->high));
+    const double radius = SS_NEAR + longest_reach(world, crowd->ulp, size) + 0x1p-24;
+    const size_t found = ss_bvh_near_box(bvh, crowd->low, crowd->high, radius, box, CROWD_ROOM);
+    if (found > CROWD_ROOM) return false;
+    for (size_t i = 0; i < found; i++) {
+        ss_contact_face own;
+        if (!far_from_plane(face_of(world, box[i], cache, &own), crowd, radius * 1.0001))
+            return false;
+    }
+    return true;
 }
 
 static bool ordered(const double a[3], const double b[3]) {

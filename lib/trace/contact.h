@@ -50,10 +50,16 @@ typedef struct ss_contact_face {
 
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
                      ss_contact_face *cache, ss_contact *contact);
-/* Is no face near any point of the box, so that each of them is as it was given? ulp: the largest of
- * theirs; none of them may lie on a known triangle. */
-bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const double low[3],
-                     const double high[3], double ulp);
+/* Points close together, by coordinates. */
+typedef struct ss_contact_crowd {
+    const double *at[3];
+    size_t count;
+    double low[3], high[3];
+    double ulp; /* the largest of theirs; none of them may lie on a known triangle */
+} ss_contact_crowd;
+/* Is no face near any of them, so that each is as it was given? A certain yes. */
+bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const ss_contact_crowd *crowd,
+                     ss_contact_face *cache);
 /* Does one of the tested faces block the segment from p along d, 0 < t < t_end (double, watertight
  * between faces that share an edge)? */
 bool ss_contact_blocked(const ss_contact *contact, const ss_world *world, const double d[3],
