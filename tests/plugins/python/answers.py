@@ -57,7 +57,9 @@ class ClosedForm(unittest.TestCase):
             self.scene.build(method.name, bounds=[-1, -1, -1, 1, 1, 1])
             answers = self.scene.visibility([(-0.9, 0, 0), (0.9, 0, 0)])
             self.assertEqual(list(answers), [0, 1], method.name)
-            self.assertEqual(self.scene.stats().method_used, method.name)
+            used = self.scene.stats().method_used
+            if method.name != "auto":  # that names what it chose
+                self.assertEqual(used, method.name)
 
 
 class Answers(unittest.TestCase):
