@@ -113,7 +113,8 @@ enum {
 };
 
 /* What error_bound means for a method: nothing (NaN), a bound the truth never leaves, or one it
- * leaves at one point in a thousand. */
+ * leaves at one point in a thousand. Where "auto" uses coarser levels, what they add to its bound is
+ * the largest deviation measured at the mesh's vertices. */
 enum { SOFTSHADOW_BOUND_NONE = 0, SOFTSHADOW_BOUND_CERTIFIED, SOFTSHADOW_BOUND_STATISTICAL };
 
 /* Mesh flags. A mesh with neither CASTS nor RECEIVES does both. BORROW: the arrays stay yours and
