@@ -61,7 +61,7 @@ if [ -n "$PYTHON" ]; then "$PYTHON" -m json.tool out >/dev/null || fail 'no JSON
 egl() { sed -n '/^egl$/,$p' out; }
 info --backends || fail "status $?"
 line device '[a-z0-9]+'
-grep -Eq '^  methods +exact, raytrace, hard' out || fail 'the CPU has every method'
+grep -Eq '^  methods +auto, exact, raytrace, hard' out || fail 'the CPU has every method'
 here=no; egl | grep -q '^  device ' && here=yes
 egl | grep -Eq '^  (device|not here) +[^ ]' || fail 'neither here nor why not'
 egl | grep -q 'methods .*hard' && ! egl | grep -q exact || fail 'methods of the GPU'
