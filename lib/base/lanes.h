@@ -8,6 +8,7 @@
 
 typedef float ss_floats __attribute__((vector_size(16)));
 typedef int32_t ss_ints __attribute__((vector_size(16)));
+typedef uint32_t ss_uints __attribute__((vector_size(16)));
 
 static inline ss_floats ss_floats_all(float x) { return (ss_floats){x, x, x, x}; }
 static inline ss_floats ss_floats_load(const float *from) {

@@ -144,15 +144,15 @@ uint64_t ss_light_maps_culled(const void *state) { return ((const ss_light_maps 
 /* ---- asking --------------------------------------------------------------------------------- */
 
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const int32_t side = (int32_t)maps->frames.resolution;
+    const uint32_t side = maps->frames.resolution;
     const float *depth = maps->depth;
     for (size_t i = 0; i < n; i += 4) {
-        ss_ints at;
+        ss_uints at; /* behind the n-th nothing has been set: any number, which wraps */
         memcpy(&at, looks->base + i, sizeof at);
-        at += __builtin_convertvector(ss_floats_load(looks->y + i), ss_ints) * side +
-              __builtin_convertvector(ss_floats_load(looks->x + i), ss_ints);
+        at += (ss_uints)__builtin_convertvector(ss_floats_load(looks->y + i), ss_ints) * side +
+              (ss_uints)__builtin_convertvector(ss_floats_load(looks->x + i), ss_ints);
         for (size_t k = i; k < n && k < i + 4; k++) {
-            out[k] = depth[(uint32_t)at[k - i]] < looks->h[k] ? 0 : 1;
+            out[k] = depth[at[k - i]] < looks->h[k] ? 0 : 1;
         }
     }
 }
