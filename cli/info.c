@@ -218,7 +218,7 @@ int cli_info(int argc, char **argv) {
     info in = {.first = true};
     const cli_option own[] = {
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &in, .take = take_light,
-         .help = "count the silhouette edges seen from the centre of this light; repeatable"},
+         .help = "silhouette edges seen from the centre of this light; repeatable"},
         {.name = "backends", .kind = CLI_FLAG, .into = &in.backends,
          .help = "what builds and answers here: the CPU, a GPU, or why not; no mesh"},
         {.name = "json", .kind = CLI_FLAG, .into = &in.json, .help = "as JSON, for programs"},

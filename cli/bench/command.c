@@ -265,8 +265,9 @@ int cli_bench(int argc, char **argv) {
          .help = "time every other method, too, with its defaults"},
         {.name = "rays", .kind = CLI_UINT, .argument = "N", .into = &o->rays, .low = 16, .high = 4096,
          .help = "only this: raytrace of N samples against Embree at equal rays"},
-        {.name = "backend", .kind = CLI_CHOICE, .into = &r.backend, .choices = backends,
-         .help = "egl: only the methods that run on the GPU, there and on the CPU (cpu)"},
+        {.name = "backend", .kind = CLI_CHOICE, .argument = "WHERE", .into = &r.backend,
+         .choices = backends,
+         .help = "egl: only methods that run on the GPU, there and on the CPU (cpu)"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
@@ -299,8 +300,8 @@ int cli_bench(int argc, char **argv) {
          .help = "times too, which hold for this machine only"},
         {.name = "figure10", .kind = CLI_TEXT, .argument = "DIR", .into = &r.figure10,
          .optional = true, .given = &r.figure10_given,
-         .help = "only Lawlor's table of map methods, with the paper's numbers; it and\n"
-                 "its pictures are written into DIR (figure10)"},
+         .help = "only Lawlor's table of map methods beside the paper's numbers; it\n"
+                 "and its pictures are written into DIR (figure10)"},
         {.name = "maps", .kind = CLI_FLAG, .into = &r.maps,
          .help = "errors and times of every map method at 256 to 4096 texels a side\n"
                  "(of bunny, dragon-48k and leaves-2k, under all three lights)"},

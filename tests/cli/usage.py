@@ -14,9 +14,13 @@ NO_NUMBERS = ["", "1,5", "nan", "inf", "1e400", "3x", "0x10", "-1", "--help"]
 
 class Usage(Case):
     def test_help(self):
-        for arguments in (["--help"], ["-h"], ["query", "--help"], ["methods", "-h"]):
+        commands = re.findall(r"(?m)^  ([a-z]+) {2,}", self.good(self.run_it("--help")).decode())
+        self.assertLessEqual({"query", "render", "maps", "explain", "povray", "bench", "methods", "info"},
+                             set(commands))
+        for arguments in [["--help"], ["-h"], ["methods", "-h"]] + [[c, "--help"] for c in commands]:
             out = self.good(self.run_it(*arguments)).decode()
             self.assertIn("Usage: softshadow", out)
+            self.assertNotIn("(null)", out)
             self.assertLessEqual(max(map(len, out.splitlines())), 100)
         self.assertRegex(self.good(self.run_it("--version")).decode(), r"^softshadow \d+\.\d+\.\d+\n$")
 
