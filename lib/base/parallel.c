@@ -187,6 +187,12 @@ static void run_on_host(ss_pool *pool, ss_job *job) {
     }
 }
 
+bool ss_parallel_alone(bool alone) {
+    const bool before = inside_loop;
+    inside_loop = alone;
+    return before;
+}
+
 softshadow_status ss_parallel_for(ss_pool *pool, uint64_t n, uint64_t grain, ss_body *body,
                                   void *ctx) {
     if (n == 0) return SOFTSHADOW_OK;

@@ -6,6 +6,7 @@
 #ifndef SS_BASE_PARALLEL_H
 #define SS_BASE_PARALLEL_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "softshadow.h"
@@ -20,6 +21,8 @@ unsigned ss_pool_threads(const ss_pool *pool);
 /* The host's options as they were given, all zero without any: its log callback for one. */
 const softshadow_options *ss_pool_options(const ss_pool *pool);
 
+/* Loops of the calling thread run on it alone from now on, or no longer. Gives what was so before. */
+bool ss_parallel_alone(bool alone);
 /* Calls body for ranges of at most `grain` items that together cover 0..n once. */
 softshadow_status ss_parallel_for(ss_pool *pool, uint64_t n, uint64_t grain, ss_body *body,
                                   void *ctx);

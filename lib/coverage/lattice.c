@@ -177,6 +177,14 @@ static softshadow_status weigh(ss_lattice *lattice, const ss_light *light, bool 
     measure(lattice, light, disk, area, area + places);
     for (uint32_t i = 0; i < light->profile_count; i++) most = fmax(most, light->profile[i]);
     set_weights(lattice, area, area + places, most);
+    if (!lattice->total && most > 0) { /* a spike between all places: no sample tells where it is */
+        ss_light even = *light;
+        even.profile_count = 0;
+        memset(area, 0, 2 * places * sizeof *area);
+        measure(lattice, &even, disk, area, area + places);
+        set_weights(lattice, area, area + places, 0);
+        lattice->weight_error = 1;
+    }
     ss_free(area);
     return SOFTSHADOW_OK;
 }

@@ -113,6 +113,9 @@ double ss_group_set_slabs(ss_group *g, const ss_lod_light *lod, double stray) {
     if (g->slab_count == 1) return 0;
     join(g, 2 * r.most_t * (float)room);
     g->blur_from = g->slabs[1].t_floor;
+    for (uint32_t k = 2; k < g->slab_count; k++) { /* a finer level may stray more */
+        g->blur_from = fminf(g->blur_from, g->slabs[k].t_floor);
+    }
     g->blur = (float)(sqrt(2) * stray * half * worst); /* both axes of the grid */
     return used;
 }

@@ -157,6 +157,7 @@ static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progr
     softshadow_status status = ss_progress_add(progress, 0);
     if (!status) status = build_geometry(handle, plan->needs, progress);
     if (status) return status;
+    if (!(plan->needs & SS_NEEDS_LOD)) ss_engine_drop_lod(built);
     built->plan = *plan;
     localize_bounds(built->world, &built->plan.params);
     status = build_lights(handle, progress);
@@ -192,7 +193,10 @@ softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *re
     const bool fresh = built->ready && same_plan(&handle->requested, &plan) &&
                        built->geometry_version == handle->scene.geometry_version &&
                        built->light_version == handle->scene.light_version;
-    if (fresh) return SOFTSHADOW_OK;
+    if (fresh) {
+        built->plan.any = plan.any; /* how it is to be asked, not what it is */
+        return SOFTSHADOW_OK;
+    }
     free_states(built);
     built->ready = false;
     ss_progress *progress = NULL;

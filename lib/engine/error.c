@@ -33,7 +33,7 @@ static void free_chosen(chosen *c) {
 }
 
 static size_t place_of(size_t j, size_t n, size_t count) {
-    return (size_t)((double)j / (double)n * (double)count);
+    return j * (count / n) + j * (count % n) / n; /* n is below 2^32 by far */
 }
 
 static bool choose(chosen *c, const softshadow_points *from, size_t n) {

@@ -94,7 +94,12 @@ softshadow_status ss_engine_lend_lod(softshadow *handle, uint32_t light, size_t 
     *lod = NULL;
     if (!repaid(built, count > ahead ? count : ahead)) return SOFTSHADOW_OK;
     pthread_mutex_lock(&handle->lod_lock);
+    /* While a host's scheduler waits for a loop it may run other work of the host's on this thread,
+     * which would wait for this lock. */
+    const bool before = ss_parallel_alone(true);
+    if (!handle->options.parallel) ss_parallel_alone(before);
     status = make(handle, light);
+    ss_parallel_alone(before);
     if (!status && built->lod_lights) *lod = built->lod_lights[light];
     pthread_mutex_unlock(&handle->lod_lock);
     return status;

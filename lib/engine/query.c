@@ -1,6 +1,7 @@
 /* The loop over a batch: check points, put them in an order that keeps neighbours together, hand ranges
  * of them to the technique on all threads, scatter the answers. */
 #include <stdio.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/clock.h"
@@ -182,10 +183,16 @@ static bool is_plain(const batch *b) {
            !b->asked->stage->params->bounded;
 }
 
+/* A point that cannot be answered lies nowhere: what is not set here would turn the order. */
+static void leave_out(const batch *b, size_t j) {
+    for (int k = 0; k < 3; k++) b->order.at[j][k] = NAN;
+}
+
 /* Where they lie need not be precise for the order. Gives how many cannot be answered. */
 static uint64_t look_at_plain(const batch *b, size_t begin, size_t end) {
     const ss_world *world = b->asked->stage->world;
-    const float limit = (float)SS_COORDINATE_LIMIT, scale = (float)world->scale;
+    const float limit = (float)SS_COORDINATE_LIMIT;
+    const float scale = (float)fmin(world->scale, 0x1p100); /* a finite one keeps 0 at 0 */
     float origin[3];
     uint64_t bad = 0;
     for (int k = 0; k < 3; k++) origin[k] = (float)(world->low[k] + world->half[k]);
@@ -197,7 +204,7 @@ static uint64_t look_at_plain(const batch *b, size_t begin, size_t end) {
         for (int k = 0; k < 3; k++) b->order.at[j][k] = (f[k] - origin[k]) * scale;
         if (good) continue;
         bad++;
-        b->order.at[j][0] = NAN;
+        leave_out(b, j);
         answer_bad(b, b->first + j);
     }
     return bad;
@@ -216,7 +223,7 @@ static softshadow_status look_at(void *ctx, uint64_t begin, uint64_t end) {
             const softshadow_status status = check_primitive(b, i);
             if (status) return status;
         } else {
-            b->order.at[j][0] = NAN;
+            leave_out(b, j);
             answer_bad(b, i);
             bad++;
         }
@@ -308,12 +315,12 @@ static softshadow_status answer_given(batch *b, size_t begin, size_t end, ss_are
     size_t n = 0;
     if (!points) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for points");
     for (size_t j = begin; j < end; j++) {
-        const softshadow_status status = check_primitive(b, b->first + j);
-        if (status) return status;
         if (!ss_engine_point(b->asked->stage, b->points, b->first + j, &points[n])) {
             answer_bad(b, b->first + j);
             continue;
         }
+        const softshadow_status status = check_primitive(b, b->first + j);
+        if (status) return status;
         points[n].place = (uint32_t)j;
         n++;
     }

@@ -375,10 +375,58 @@ static void tolerances_are_kept(void **state) {
     scene_free(&mesh);
 }
 
+/* All light from so thin a ring, or so small a spot, that samples may miss it: a fraction even then,
+ * and never outside the bound, of which the truth (the hard shadow of the spot) is the test. */
+static void spikes_of_a_profile(void **state) {
+    static float profile[4096];
+    scene_mesh mesh = thing();
+    double points[N][3], truth[N];
+    grid(points);
+    softshadow_light light = scene_sphere_light(0, 0.3, 7, 1.2), spot = light;
+    spot.radius = 1.2e-4;
+    for (int i = 0; i < N; i++) truth[i] = oracle_union(&mesh, &spot, points[i], NULL);
+    memset(profile, 0, sizeof profile);
+    profile[0] = 1;
+    light.profile = profile, light.profile_count = COUNT(profile);
+    ask q = ask_new(*state, &mesh, light, (const double(*)[3])points, N, 0);
+    ask_do(&q);
+    for (int i = 0; i < N; i++) {
+        const float v = q.visibility[i];
+        CHECK(v >= 0 && v <= 1, "point %d: %g", i, v);
+        /* Statistical bounds know nothing of what no ray was aimed at. */
+        if (!ask_certified(q.method)) continue;
+        CHECK(fabs(v - truth[i]) <= q.bound[i] + 1e-6, "point %d: %g, truth %g, bound %g", i, v,
+              truth[i], q.bound[i]);
+    }
+    ask_free(&q);
+    scene_free(&mesh);
+}
+
+/* A point that is none may name a triangle that is none: the others are answered. */
+static void bad_points_name_anything(void **state) {
+    scene_mesh mesh = thing();
+    double points[N][3];
+    uint64_t primitives[N];
+    grid(points);
+    for (int i = 0; i < N; i++) primitives[i] = SOFTSHADOW_NO_PRIMITIVE;
+    points[3][1] = NAN, primitives[3] = 77;
+    ask q = ask_new(*state, &mesh, scene_sphere_light(0, 0.3, 7, 1.2), (const double(*)[3])points,
+                    N, 0);
+    q.primitives = primitives;
+    ask_do(&q);
+    for (int i = 0; i < N; i++) {
+        CHECK(isnan(q.visibility[i]) == (i == 3), "point %d: %g", i, q.visibility[i]);
+    }
+    ask_free(&q);
+    scene_free(&mesh);
+}
+
 int main(void) {
     const ask_test tests[] = {
         {"bad points are NaN and counted", bad_points_are_nan_and_counted, NULL},
         {"points outside the bounds", points_outside_bounds, NULL},
+        {"bad points name anything", bad_points_name_anything, NULL},
+        {"spikes of a profile", spikes_of_a_profile, ask_truthful},
         {"nothing casts", nothing_casts, ask_truthful},
         {"scenes at 1e5 and 1e7", far_scenes, ask_truthful},
         {"a far lamp is a sun", a_far_lamp_is_a_sun, ask_truthful},
