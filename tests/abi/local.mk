@@ -55,5 +55,5 @@ endif
 # make check-threads: the tests in which threads meet, under ThreadSanitizer, in a build of their own.
 EXTRA_DIST += %D%/threads.sh %D%/threads.supp
 check-threads:
-	@srcdir='$(abs_srcdir)' $(SHELL) $(srcdir)/%D%/threads.sh
+	@$(SHELL) $(srcdir)/%D%/threads.sh
 .PHONY: check-threads

@@ -3,13 +3,16 @@
 # which many threads query, build and cancel.
 set -eu
 mkdir -p threads/build
+root=$PWD/threads
+# A copy of the source, because one that is configured itself can have no other build beside it.
+make -s distdir distdir="$root/source"
 cd threads/build
-[ -f config.status ] || "$srcdir/configure" -q --enable-sanitizers=thread
+[ -f config.status ] || "$root/source/configure" -q --enable-sanitizers=thread
 make -s -j"$(nproc)" libsoftshadow.la
 failed=0
 for test in abi/handles abi/threadless; do
     make -s "tests/$test"
-    if TSAN_OPTIONS="suppressions=$srcdir/tests/abi/threads.supp exitcode=66" "./tests/$test" \
+    if TSAN_OPTIONS="suppressions=$root/source/tests/abi/threads.supp exitcode=66" "./tests/$test" \
         >"$(basename "$test").log" 2>&1; then
         echo "PASS: tests/$test under ThreadSanitizer"
     else

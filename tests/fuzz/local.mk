@@ -23,5 +23,5 @@ tests_fuzz_fuzz_abi_LDFLAGS = $(fuzz_ldflags)
 tests_fuzz_fuzz_abi_LDADD = libsoftshadow.la -lm
 
 check-fuzz:
-	@srcdir='$(abs_srcdir)' fuzzers='$(notdir $(fuzzers))' $(SHELL) $(srcdir)/%D%/run.sh
+	@fuzzers='$(notdir $(fuzzers))' $(SHELL) $(srcdir)/%D%/run.sh
 .PHONY: check-fuzz

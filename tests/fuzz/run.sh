@@ -9,12 +9,14 @@ clang=$(command -v clang || true)
 [ -n "$clang" ] || { echo "check-fuzz: clang is missing; ./bootstrap --hosts installs it" >&2; exit 77; }
 mkdir -p fuzz/build
 root=$PWD/fuzz
+# A copy of the source, because one that is configured itself can have no other build beside it.
+make -s distdir distdir="$root/source"
 flags="-g -O1 -fno-omit-frame-pointer -fno-sanitize-recover=undefined"
 cover="-fsanitize=fuzzer-no-link,address,undefined"
 # Programs are linked as C: no type information at run time.
 cd fuzz/build
 if [ ! -f config.status ]; then
-    "$srcdir/configure" -q --disable-shared --enable-static CC=clang CXX=clang++ \
+    "$root/source/configure" -q --disable-shared --enable-static CC=clang CXX=clang++ \
         CFLAGS="$flags $cover" CXXFLAGS="$flags $cover -fno-sanitize=vptr" LDFLAGS="-fsanitize=address,undefined"
 fi
 programs=
@@ -25,7 +27,7 @@ failed=0
 for name in ${FUZZERS:-$fuzzers}; do
     mkdir -p "$root/$name"
     seeds=
-    [ ! -d "$srcdir/tests/fuzz/corpus/$name" ] || seeds=$srcdir/tests/fuzz/corpus/$name
+    [ ! -d "$root/source/tests/fuzz/corpus/$name" ] || seeds=$root/source/tests/fuzz/corpus/$name
     # shellcheck disable=SC2086 # there may be none
     if ./tests/fuzz/"$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=4096 \
         -print_final_stats=1 -artifact_prefix="$root/$name-" "$root/$name" $seeds \
