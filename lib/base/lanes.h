@@ -46,14 +46,14 @@ static inline float ss_floats_dot(ss_floats a, ss_floats b) {
 }
 /* Rows become columns. */
 static inline void ss_floats_turn(ss_floats *a, ss_floats *b, ss_floats *c, ss_floats *d) {
-    const ss_floats ab = __builtin_shuffle(*a, *b, (ss_ints){0, 4, 1, 5});
-    const ss_floats cd = __builtin_shuffle(*c, *d, (ss_ints){0, 4, 1, 5});
-    const ss_floats AB = __builtin_shuffle(*a, *b, (ss_ints){2, 6, 3, 7});
-    const ss_floats CD = __builtin_shuffle(*c, *d, (ss_ints){2, 6, 3, 7});
-    *a = __builtin_shuffle(ab, cd, (ss_ints){0, 1, 4, 5});
-    *b = __builtin_shuffle(ab, cd, (ss_ints){2, 3, 6, 7});
-    *c = __builtin_shuffle(AB, CD, (ss_ints){0, 1, 4, 5});
-    *d = __builtin_shuffle(AB, CD, (ss_ints){2, 3, 6, 7});
+    const ss_floats ab = __builtin_shufflevector(*a, *b, 0, 4, 1, 5);
+    const ss_floats cd = __builtin_shufflevector(*c, *d, 0, 4, 1, 5);
+    const ss_floats AB = __builtin_shufflevector(*a, *b, 2, 6, 3, 7);
+    const ss_floats CD = __builtin_shufflevector(*c, *d, 2, 6, 3, 7);
+    *a = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
+    *b = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+    *c = __builtin_shufflevector(AB, CD, 0, 1, 4, 5);
+    *d = __builtin_shufflevector(AB, CD, 2, 3, 6, 7);
 }
 
 #endif

@@ -189,7 +189,7 @@ static inline ss_floats each(ss_floats c, ss_floats g, ss_floats b, ss_floats q,
 }
 
 static inline float spread_of(ss_floats c) {
-    const ss_floats turned = __builtin_shuffle(c, (ss_ints){2, 3, 0, 1});
+    const ss_floats turned = __builtin_shufflevector(c, c, 2, 3, 0, 1);
     const ss_floats more = ss_floats_more(c, turned), less = ss_floats_less(c, turned);
     return (more[0] > more[1] ? more[0] : more[1]) - (less[0] < less[1] ? less[0] : less[1]);
 }
