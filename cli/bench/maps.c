@@ -47,23 +47,34 @@ static bool fails(mapping *m, const char *method) {
                     softshadow_last_message(m->handle));
 }
 
-/* The median of a few times; of all of them the first if that one is long. */
-static bool ask(mapping *m, double *seconds) {
+/* The median of a few times a point; of all of them the first if that one is long. */
+static bool ask(mapping *m, const float *at, size_t count, float *answer, double *seconds) {
     softshadow_points points = SOFTSHADOW_POINTS_INIT;
     double times[MOST_REPEATS];
-    uint32_t count = 0;
-    points.positions = m->truth.at, points.count = m->truth.count;
+    uint32_t done = 0;
+    points.positions = at, points.count = count;
     do {
         const double start = bench_clock();
-        if (softshadow_query_visibility(m->handle, &points, m->answer) != SOFTSHADOW_OK)
+        if (softshadow_query_visibility(m->handle, &points, answer) != SOFTSHADOW_OK)
             return fails(m, "query");
-        times[count++] = bench_clock() - start;
-    } while (count < 5 && times[0] < PATIENCE / 10);
-    *seconds = bench_median(times, count);
+        times[done++] = bench_clock() - start;
+    } while (done < 5 && times[0] < PATIENCE / 10);
+    *seconds = bench_median(times, done) / (double)count;
     return true;
 }
 
-static void tell(mapping *m, const char *name, uint32_t side, double build, double seconds) {
+/* Neighbours share work under exact: its time is that of all the camera's points, not of the few
+ * far apart whose errors are measured. */
+static bool ask_all(mapping *m, double *seconds) {
+    const bench_points *all = &m->cell->points;
+    float *answer = malloc(all->count * sizeof *answer);
+    if (!answer) return cli_fail(m->error, CLI_FAILED, "memory ran out");
+    const bool fine = ask(m, (const float *)all->at, all->count, answer, seconds);
+    free(answer);
+    return fine;
+}
+
+static void tell(mapping *m, const char *name, uint32_t side, double build, double each) {
     double square = 0, sum = 0, most = 0;
     size_t within = 0;
     const size_t n = m->truth.count;
@@ -72,7 +83,7 @@ static void tell(mapping *m, const char *name, uint32_t side, double build, doub
         square += d * d, sum += d, most = fmax(most, fabs(d)), within += fabs(d) <= 1.0 / 64;
     }
     const double rms = sqrt(square / (double)n), bias = sum / (double)n;
-    const double share = 100 * (double)within / (double)n, ns = 1e9 * seconds / (double)n;
+    const double share = 100 * (double)within / (double)n, ns = 1e9 * each;
     char size[16] = "";
     if (side) snprintf(size, sizeof size, "%u", side);
     printf("  %-26s %5s  %.4f  %.3f  %+.4f  %5.1f %%  %10.0f  %8.1f\n", name, size, rms, most, bias,
@@ -87,7 +98,7 @@ static void tell(mapping *m, const char *name, uint32_t side, double build, doub
 static bool one_size(mapping *m, const way *w, uint32_t side, bool *go_on) {
     softshadow_build build = SOFTSHADOW_BUILD_INIT;
     char name[48];
-    double seconds = 0;
+    double each = 0;
     snprintf(name, sizeof name, "%s%s", w->method, w->propagate ? " (propagated)" : "");
     build.method = w->method, build.resolution = side, build.propagate = w->propagate;
     build.bounds = m->bounds;
@@ -98,9 +109,10 @@ static bool one_size(mapping *m, const way *w, uint32_t side, bool *go_on) {
     *go_on = false;
     if (status == SOFTSHADOW_E_UNSUPPORTED) return true;
     if (status != SOFTSHADOW_OK) return fails(m, name);
-    if (!ask(m, &seconds)) return false;
-    tell(m, name, side, took, seconds);
-    *go_on = seconds < PATIENCE && took < 2 * PATIENCE;
+    if (!ask(m, (const float *)m->truth.at, m->truth.count, m->answer, &each)) return false;
+    if (w->exact && !ask_all(m, &each)) return false;
+    tell(m, name, side, took, each);
+    *go_on = each * (double)m->truth.count < PATIENCE && took < 2 * PATIENCE;
     fflush(stdout);
     return true;
 }
