@@ -10,7 +10,7 @@ import sys
 
 COLOURS = ("#1b6ca8", "#d1495b", "#2e933c", "#8e5ea2", "#e08e1b", "#4d4d4d", "#17a2a2", "#b5651d", "#c2185b",
            "#6b8e23", "#000080", "#708090", "#000000")
-WIDE, TALL, LEFT, TOP, GAP, KEY = 320, 300, 70, 46, 26, 215
+WIDE, TALL, LEFT, TOP, GAP, KEY = 300, 300, 70, 46, 58, 215
 
 
 class Axis:
