@@ -21,7 +21,8 @@ class Usage(Case):
             out = self.good(self.run_it(*arguments)).decode()
             self.assertIn("Usage: softshadow", out)
             self.assertNotIn("(null)", out)
-            self.assertLessEqual(max(map(len, out.splitlines())), 100)
+            # A line may name a folder of the installation, which is as long as it is.
+            self.assertLessEqual(max(len(re.sub(r"/\S+/share/\S+", "", line)) for line in out.splitlines()), 100)
         self.assertRegex(self.good(self.run_it("--version")).decode(), r"^softshadow \d+\.\d+\.\d+\n$")
 
     def test_commands(self):
