@@ -170,6 +170,8 @@ static void name_channels(back_state *back) {
     back->maps.channel_names = back->names;
 }
 
+static ss_light_maps_answer answer;
+
 static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {.state_size = sizeof(back_state),
                                      .slope_texels = 1,
@@ -181,7 +183,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     back->layers = stage->params->layers, back->max_samples = stage->params->max_samples;
     back->fill = back->layers == 1 && stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
     const uint32_t count = back->maps.frames.count;
-    if (count) status = ss_light_maps_add_plane(&back->maps, "layers", 2 * back->layers);
+    if (count) status = ss_light_maps_add_plane(&back->maps, "layers", 2 * back->layers, answer);
     name_channels(back);
     for (uint32_t face = 0; face < count && !status; face++) {
         ss_lamp_make(&back->lamp[face], stage->light, &back->maps.frames.face[face]);
@@ -382,14 +384,6 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_lamp_ask(&back->maps, back->lamp, back->pyramid, glsl, question);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)scratch;
-    return ss_light_maps_query(state, stage->light->point ? ss_light_maps_hard : answer, points, n,
-                               visibility, bound, counts);
-}
-
 const ss_technique ss_backprojection = {
     .name = "backprojection",
     .title = "backprojection of depth layers, texel by texel, onto the light",
@@ -403,14 +397,9 @@ const ss_technique ss_backprojection = {
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = glsl,
     .tables = tables,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = destroy,
     .bytes = bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };

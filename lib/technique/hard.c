@@ -11,13 +11,6 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     return ss_light_maps_build(stage, &wish, state);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)stage, (void)scratch;
-    return ss_light_maps_query(state, ss_light_maps_hard, points, n, visibility, bound, counts);
-}
-
 const ss_technique ss_hard = {
     .name = "hard",
     .title = "shadow map: the hard shadow of the light's centre",
@@ -28,14 +21,9 @@ const ss_technique ss_hard = {
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = ss_light_maps_hard_glsl,
     .tables = ss_light_maps_tables_hard,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };

@@ -81,6 +81,7 @@ softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps
     ss_light_maps *maps = ss_alloc(1, wish->state_size);
     if (!maps) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
     maps->world = stage->world;
+    maps->answer = ss_light_maps_hard;
     maps->light = *stage->light;
     maps->state_size = wish->state_size;
     ss_falloff_make(&maps->falloff, stage->params->falloff, wish->paper, stage->light);
@@ -90,10 +91,11 @@ softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps
     return status;
 }
 
-softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels) {
+softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
+                                          ss_light_maps_answer *answer) {
     maps->plane = ss_alloc(maps->texels, channels * sizeof *maps->plane);
     if (!maps->plane) return no_memory(maps);
-    maps->plane_name = name, maps->channels = channels;
+    maps->plane_name = name, maps->channels = channels, maps->answer = answer;
     return SOFTSHADOW_OK;
 }
 
@@ -224,16 +226,18 @@ void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, 
     finish(state, points, n, 0, visibility, bound, counts);
 }
 
-softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
+softshadow_status ss_light_maps_query(const ss_stage *stage, const void *state,
                                       const ss_point *points, size_t n, float *visibility,
-                                      float *bound, ss_counts *counts) {
+                                      float *bound, ss_arena *scratch, ss_counts *counts) {
+    (void)stage, (void)scratch;
+    const ss_light_maps *maps = state;
     for (size_t first = 0; first < n; first += SS_LOOKS) {
         const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
         float *out = visibility + first;
         ss_looks looks;
         if (maps->frames.count) {
             ss_frames_look(&maps->frames, points + first, m, &looks);
-            answer(maps, &looks, m, out);
+            maps->answer(maps, &looks, m, out);
         } else {
             for (size_t i = 0; i < m; i++) out[i] = 1;
         }
@@ -291,7 +295,8 @@ void ss_light_maps_look(const void *state, const ss_point *points, size_t n, flo
 /* ---- outer penumbrae ------------------------------------------------------------------------ */
 
 softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name) {
-    const softshadow_status status = ss_light_maps_add_plane(maps, name, SS_OUTER_CHANNELS);
+    const softshadow_status status = ss_light_maps_add_plane(maps, name, SS_OUTER_CHANNELS,
+                                                             ss_outer_answer);
     maps->channel_names = "depth,occluder,rise,key";
     for (size_t i = 0; !status && i < maps->texels; i++) {
         float *texel = maps->plane + i * SS_OUTER_CHANNELS;

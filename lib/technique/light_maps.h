@@ -16,8 +16,14 @@
 
 #define SS_LIGHT_MAPS_WORDS (8 + 64 * SS_MAP_FACES)
 
-typedef struct ss_light_maps {
+typedef struct ss_light_maps ss_light_maps;
+/* One block's answers: out[i] for looks i. */
+typedef void ss_light_maps_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n,
+                                  float *out);
+
+struct ss_light_maps {
     ss_frames frames;
+    ss_light_maps_answer *answer; /* ss_light_maps_hard() until the plane of its own is there */
     const ss_world *world;
     size_t texels; /* of all faces */
     float *depth;  /* the hard shadow's: nearest h, biased */
@@ -30,7 +36,7 @@ typedef struct ss_light_maps {
     size_t state_size;
     float *packed; /* a table that is made for the shader; NULL: none */
     float words[SS_LIGHT_MAPS_WORDS]; /* numbers for the shader: see SS_LIGHT_MAPS_GLSL */
-} ss_light_maps;
+};
 
 /* How a technique wants its hard shadow. */
 typedef struct ss_light_maps_wish {
@@ -45,8 +51,9 @@ typedef struct ss_light_maps_wish {
 /* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. */
 softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps_wish *wish,
                                       void **state);
-/* A plane of `channels` a texel for all faces, zero. */
-softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels);
+/* A plane of `channels` a texel for all faces, zero, and what answers from it. */
+softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
+                                          ss_light_maps_answer *answer);
 void ss_light_maps_free(ss_light_maps *maps);
 
 /* The technique vtable's, for states that begin with an ss_light_maps and hold nothing else. */
@@ -57,12 +64,10 @@ void ss_light_maps_get(const void *state, uint32_t index, softshadow_map *map);
 uint64_t ss_light_maps_silhouettes(const void *state);
 uint64_t ss_light_maps_culled(const void *state);
 
-/* One block's answers: out[i] for looks i. */
-typedef void ss_light_maps_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
-/* The whole query: blocks, the lamp's inside, horizons, counts. */
-softshadow_status ss_light_maps_query(const ss_light_maps *maps, ss_light_maps_answer *answer,
+/* The vtable's query: blocks, the lamp's inside, horizons, counts. */
+softshadow_status ss_light_maps_query(const ss_stage *stage, const void *state,
                                       const ss_point *points, size_t n, float *visibility,
-                                      float *bound, ss_counts *counts);
+                                      float *bound, ss_arena *scratch, ss_counts *counts);
 /* The hard shadow: 0 where something nearer is in the point's texel. */
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
 
@@ -110,6 +115,12 @@ softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *que
 void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
 void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
                            float *bound, ss_counts *counts);
+
+/* The rows of a technique's table that all of them have alike. */
+#define SS_LIGHT_MAPS_ROWS                                                                         \
+    .query = ss_light_maps_query, .look = ss_light_maps_look, .horizon = ss_light_maps_horizon,    \
+    .map_count = ss_light_maps_count, .get_map = ss_light_maps_get,                                \
+    .silhouette_edges = ss_light_maps_silhouettes, .casters_culled = ss_light_maps_culled
 
 /* ---- outer penumbrae: penumbra-map and smoothie ---------------------------------------------- */
 

@@ -75,12 +75,3 @@ softshadow_status ss_outer_build(const ss_stage *stage, const char *plane, ss_fa
     if (status) ss_light_maps_destroy(maps), *state = NULL;
     return status;
 }
-
-softshadow_status ss_outer_query(const ss_stage *stage, const void *state, const ss_point *points,
-                                 size_t n, float *visibility, float *bound, ss_arena *scratch,
-                                 ss_counts *counts) {
-    (void)stage, (void)scratch;
-    const ss_light_maps *maps = state;
-    return ss_light_maps_query(maps, maps->plane ? ss_outer_answer : ss_light_maps_hard, points, n,
-                               visibility, bound, counts);
-}

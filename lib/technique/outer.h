@@ -41,9 +41,5 @@ softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *map
 /* The technique vtable's build, with the name of the plane and the paper's falloff. */
 softshadow_status ss_outer_build(const ss_stage *stage, const char *plane, ss_falloff_paper paper,
                                  ss_outer_draw *draw, void **state);
-/* The vtable's query. */
-softshadow_status ss_outer_query(const ss_stage *stage, const void *state, const ss_point *points,
-                                 size_t n, float *visibility, float *bound, ss_arena *scratch,
-                                 ss_counts *counts);
 
 #endif

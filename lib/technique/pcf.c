@@ -13,12 +13,16 @@ typedef struct pcf_state {
     bool wide;
 } pcf_state;
 
+static ss_light_maps_answer tent, bicubic;
+
 static softshadow_status build(const ss_stage *stage, void **state) {
     const bool wide = stage->params->max_samples >= WIDE;
     const ss_light_maps_wish wish = {.state_size = sizeof(pcf_state), .slope_texels = wide ? 3 : 1.5};
     const softshadow_status status = ss_light_maps_build(stage, &wish, state);
-    if (!status) ((pcf_state *)*state)->wide = wide;
-    return status;
+    if (status) return status;
+    pcf_state *pcf = *state;
+    pcf->wide = wide, pcf->maps.answer = wide ? bicubic : tent;
+    return SOFTSHADOW_OK;
 }
 
 static inline float lit(const ss_light_maps *maps, const ss_looks *looks, size_t i, int x, int y) {
@@ -106,15 +110,6 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(&pcf->maps, glsl, question);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)stage, (void)scratch;
-    const pcf_state *pcf = state;
-    return ss_light_maps_query(&pcf->maps, pcf->wide ? bicubic : tent, points, n, visibility, bound,
-                               counts);
-}
-
 const ss_technique ss_pcf = {
     .name = "pcf",
     .title = "percentage-closer filtering: the hard shadow with an edge a texel or two wide",
@@ -125,14 +120,9 @@ const ss_technique ss_pcf = {
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = glsl,
     .tables = tables,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };

@@ -30,6 +30,8 @@ static void destroy(void *state) {
     ss_light_maps_destroy(pcss);
 }
 
+static ss_light_maps_answer answer;
+
 static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {
         .state_size = sizeof(pcss_state), .slope_texels = 1.5, .margin = true};
@@ -37,7 +39,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     if (status || stage->light->point) return status;
     pcss_state *pcss = *state;
     const uint32_t side = pcss->maps.frames.resolution;
-    pcss->max_samples = stage->params->max_samples;
+    pcss->max_samples = stage->params->max_samples, pcss->maps.answer = answer;
     for (uint32_t face = 0; face < pcss->maps.frames.count && !status; face++) {
         ss_lamp_make(&pcss->lamp[face], stage->light, &pcss->maps.frames.face[face]);
         status = ss_pyramid_build(&pcss->pyramid[face],
@@ -196,14 +198,6 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_lamp_ask(&pcss->maps, pcss->lamp, pcss->pyramid, glsl, question);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)scratch;
-    return ss_light_maps_query(state, stage->light->point ? ss_light_maps_hard : answer, points, n,
-                               visibility, bound, counts);
-}
-
 const ss_technique ss_pcss = {
     .name = "pcss",
     .title = "percentage-closer soft shadows: a filter as wide as the mean blocker's penumbra",
@@ -216,14 +210,9 @@ const ss_technique ss_pcss = {
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = glsl,
     .tables = tables,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = destroy,
     .bytes = bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };

@@ -196,6 +196,8 @@ static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uin
     return status;
 }
 
+static ss_light_maps_answer answer;
+
 static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
     ss_light_maps *maps = &mask->maps;
     const size_t n = maps->texels / maps->frames.count;
@@ -204,7 +206,7 @@ static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
     if (status) return status;
     maps->silhouette_edges = found.count;
     float *scratch = found.count ? ss_alloc(n, 2 * sizeof *scratch) : NULL;
-    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-mask", MASK_CHANNELS);
+    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-mask", MASK_CHANNELS, answer);
     maps->channel_names = "surface,compared,volume,edge";
     if (!status && found.count && !scratch)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for two maps");
@@ -391,12 +393,10 @@ static void mark(const mask_state *mask, const ss_point *points, size_t n, bool 
 static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts) {
-    (void)scratch;
     const mask_state *mask = state;
-    const ss_light_maps *maps = state;
-    const softshadow_status status = ss_light_maps_query(
-        maps, maps->plane ? answer : ss_light_maps_hard, points, n, visibility, bound, counts);
-    if (!status && maps->plane) {
+    const softshadow_status status =
+        ss_light_maps_query(stage, state, points, n, visibility, bound, scratch, counts);
+    if (!status && mask->maps.plane) {
         mark(mask, points, n, stage->rows && mask->blur, visibility, counts);
     }
     return status;

@@ -240,13 +240,16 @@ static softshadow_status build_face(const ss_stage *stage, volume_state *state,
     return status;
 }
 
+static ss_light_maps_answer answer;
+
 static softshadow_status draw(const ss_stage *stage, volume_state *state) {
     ss_light_maps *maps = &state->maps;
     ss_silhouette found;
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
     maps->silhouette_edges = found.count;
-    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-volume", VOLUME_CHANNELS);
+    if (found.count)
+        status = ss_light_maps_add_plane(maps, "penumbra-volume", VOLUME_CHANNELS, answer);
     maps->channel_names = "begin,end,from.x,from.y,from.z,to.x,to.y,to.z";
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = build_face(stage, state, &found, face);
@@ -414,15 +417,6 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(maps, glsl, question);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)stage, (void)scratch;
-    const ss_light_maps *maps = state;
-    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n,
-                               visibility, bound, counts);
-}
-
 const ss_technique ss_penumbra_volume = {
     .name = "penumbra-volume",
     .title = "penumbra volumes: the light cut by the silhouette edge that shades the point",
@@ -438,15 +432,9 @@ const ss_technique ss_penumbra_volume = {
     .lights_approximated = SS_LIGHTS_RECT,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = glsl,
     .tables = tables,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .silhouette_edges = ss_light_maps_silhouettes,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };

@@ -155,10 +155,12 @@ static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uin
     return status;
 }
 
+static ss_light_maps_answer answer;
+
 static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
     const size_t n = maps->texels / maps->frames.count;
     float *planes = ss_alloc(n, 3 * sizeof *planes);
-    softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS);
+    softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS, answer);
     maps->channel_names = "depth,inside";
     if (!planes)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
@@ -248,15 +250,6 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(&single->maps, single->maps.plane ? glsl : ss_light_maps_hard_glsl, question);
 }
 
-static softshadow_status query(const ss_stage *stage, const void *state, const ss_point *points,
-                               size_t n, float *visibility, float *bound, ss_arena *scratch,
-                               ss_counts *counts) {
-    (void)stage, (void)scratch;
-    const ss_light_maps *maps = state;
-    return ss_light_maps_query(maps, maps->plane ? answer : ss_light_maps_hard, points, n,
-                               visibility, bound, counts);
-}
-
 const ss_technique ss_single_sample = {
     .name = "single-sample",
     .title = "a single light sample and a shadow-width map: the inner penumbra",
@@ -270,14 +263,9 @@ const ss_technique ss_single_sample = {
     .lights_approximated = SS_LIGHTS_RECT,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
-    .query = query,
     .query_glsl = glsl,
     .tables = tables,
-    .look = ss_light_maps_look,
-    .horizon = ss_light_maps_horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
-    .map_count = ss_light_maps_count,
-    .get_map = ss_light_maps_get,
-    .casters_culled = ss_light_maps_culled,
+    SS_LIGHT_MAPS_ROWS,
 };
