@@ -2,6 +2,7 @@
  * block larger than asked for, every refusal one plain line; and what is read does not depend on
  * whether it comes from a file or in pieces through a pipe. The first byte chooses the format. */
 #define _GNU_SOURCE /* memfd_create */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>

@@ -28,10 +28,12 @@ for name in ${FUZZERS:-$fuzzers}; do
     mkdir -p "$root/$name"
     seeds=
     [ ! -d "$root/source/tests/fuzz/corpus/$name" ] || seeds=$root/source/tests/fuzz/corpus/$name
+    dict=
+    [ ! -e "$root/source/tests/fuzz/${name#fuzz_}.dict" ] || dict=-dict=$root/source/tests/fuzz/${name#fuzz_}.dict
     # shellcheck disable=SC2086 # there may be none
     if ./tests/fuzz/"$name" -max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=4096 \
-        -print_final_stats=1 -artifact_prefix="$root/$name-" "$root/$name" $seeds \
-        >"$root/$name.log" 2>&1; then
+        -print_final_stats=1 -artifact_prefix="$root/$name-" $dict "$root/$name" $seeds \
+        </dev/null >"$root/$name.log" 2>&1; then
         runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$root/$name.log")
         echo "PASS: $name: $runs inputs in $seconds s"
     else
