@@ -10,7 +10,25 @@
 #include "base/vec.h"
 #include "engine/engine.h"
 
-#define SIZE_1_0(type) sizeof(type) /* as released in 1.0; a literal once the struct grows */
+/* What 1.0 had of each struct, whatever was added since: up to this member, padding included. */
+#define UP_TO(type, last)                                                                          \
+    type##_1_0 = (offsetof(type, last) + sizeof(((type *)NULL)->last) + _Alignof(type) - 1) /      \
+                 _Alignof(type) * _Alignof(type)
+enum {
+    UP_TO(softshadow_options, parallel),
+    UP_TO(softshadow_mesh, opacity_threshold),
+    UP_TO(softshadow_light, profile_count),
+    UP_TO(softshadow_build, points_ahead),
+    UP_TO(softshadow_points, error_bound),
+    UP_TO(softshadow_error, points),
+    UP_TO(softshadow_stats, download_seconds),
+    UP_TO(softshadow_map, face),
+    UP_TO(softshadow_method, backends),
+    UP_TO(softshadow_backend, why),
+    UP_TO(softshadow_mesh_report, bounds),
+    UP_TO(softshadow_explanation, v)
+};
+#define SIZE_1_0(type) type##_1_0
 #define TEXT_(x) #x
 #define TEXT(x) TEXT_(x)
 

@@ -78,5 +78,24 @@ done
 for standard in c++11 c++14 c++17 c++20; do
     try "$standard" $cxx -std=$standard "$work/alone.cc" && { "$work/program" || { echo "$standard: an _INIT macro is wrong: $?"; bad=1; }; }
 done
+# What a number was called in 1.0 it is called for ever.
+old=${top_srcdir:-.}/tests/abi/old/softshadow.h
+{
+    echo '#include <softshadow.h>'
+    echo '#include <stdio.h>'
+    echo 'int main(void) {'
+    sed -n '/^enum/,/};/p' "$old" | grep -oE 'SOFTSHADOW_[A-Z0-9_]+' | sort -u |
+        sed 's/.*/    printf("%s %lld\\n", "&", (long long)&);/'
+    echo '    return 0;'
+    echo '}'
+} >"$work/values.c"
+for which in old now; do
+    folder=${top_srcdir:-.}/lib
+    [ $which = now ] || folder=${old%/*}
+    $cc -std=c11 -I"$folder" -o "$work/program" "$work/values.c" && "$work/program" >"$work/$which" ||
+        { echo "the constants of 1.0 do not compile with $folder"; bad=1; }
+done
+[ "$(wc -l <"$work/old")" -ge 30 ] || { echo "only $(wc -l <"$work/old") constants found"; bad=1; }
+cmp -s "$work/old" "$work/now" || { echo "constants of 1.0 changed:"; diff "$work/old" "$work/now"; bad=1; }
 [ "$bad" = 0 ] && echo "C99, C11, C17, C++11, C++14, C++17, C++20"
 exit "$bad"

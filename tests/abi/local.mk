@@ -1,5 +1,5 @@
 # The contract: what a host may do to the library and what the library may do to a host.
-scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh
+scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh %D%/diff.sh
 dist_check_SCRIPTS += $(scripts)
 TESTS += $(scripts)
 
@@ -7,7 +7,7 @@ hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless \
   %D%/gpu_faults %D%/gpu_host
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
-EXTRA_DIST += %D%/plain.h
+EXTRA_DIST += %D%/plain.h %D%/compatible.py %D%/libsoftshadow.abi.xml
 HOST_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests
 
 # Knows the library by its file name only.
@@ -38,6 +38,13 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 %C%_host_state_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_host_state_LDADD = libsoftshadow.la -lm -lpthread
 
+# A program of 1.0: its header stands before today's.
+check_PROGRAMS += %D%/of_1_0
+TESTS += %D%/of_1_0
+%C%_of_1_0_SOURCES = %D%/of_1_0.c %D%/old/softshadow.h
+%C%_of_1_0_CPPFLAGS = -I$(srcdir)/%D%/old
+%C%_of_1_0_LDADD = libsoftshadow.la
+
 if HAVE_CMOCKA
 contracts = %D%/arguments %D%/handles %D%/memory
 check_PROGRAMS += $(contracts)
@@ -57,3 +64,8 @@ EXTRA_DIST += %D%/threads.sh %D%/threads.supp
 check-threads:
 	@$(SHELL) $(srcdir)/%D%/threads.sh
 .PHONY: check-threads
+
+# make renew-abi: see diff.sh.
+renew-abi: libsoftshadow.la
+	@$(AM_TESTS_ENVIRONMENT) $(SHELL) $(srcdir)/%D%/diff.sh renew
+.PHONY: renew-abi
