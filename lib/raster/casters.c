@@ -42,6 +42,9 @@ void ss_casters_free(ss_casters *casters) {
     casters->vertex = NULL;
 }
 
+/* 1 / distance from the frame's centre, in its own unit: what is linear in the map, as h is. */
+static inline double nearness(const ss_frame *frame, double h) { return 1 - h * frame->inverse; }
+
 int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corner[SS_CLIP_MOST]) {
     const ss_world *world = casters->asked->world;
     const uint32_t *index = world->indices + 3 * t;
@@ -51,7 +54,12 @@ int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corne
         plain &= p->x == p->x;
         corner[i] = (ss_scan_corner){p->x, p->y, {p->h}};
     }
-    if (plain) return 3;
+    if (plain) {
+        for (int k = 1; k < 3; k++) {
+            corner[k].attribute[k] = nearness(casters->asked->frame, corner[k].attribute[0]);
+        }
+        return 3;
+    }
     double local[3][3];
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) local[i][k] = world->vertices[3 * (size_t)index[i] + (size_t)k];
@@ -128,16 +136,16 @@ float ss_casters_bias(const ss_casters *casters, const ss_scan *scan) {
     return (float)(c->slope_texels * (x + y));
 }
 
-/* Weights in the map to weights on the triangle: 1 / distance is what is linear in the map. */
 bool ss_caster_opaque_at(void *holes, const double weight[3]) {
-    static const double uv[3][2] = {{0, 0}, {1, 0}, {0, 1}}; /* of the 2nd and 3rd vertex */
     const ss_caster_holes *h = holes;
-    double sum = 0, u = 0, v = 0;
+    double sum[SS_CASTER_ATTRIBUTES] = {0};
     for (int i = 0; i < 3; i++) {
-        const double s = weight[i] * (1 - h->corner[i].attribute[0] * h->frame->inverse);
-        sum += s, u += s * uv[i][0], v += s * uv[i][1];
+        for (int k = 0; k < SS_CASTER_ATTRIBUTES; k++) {
+            sum[k] += weight[i] * h->corner[i].attribute[k];
+        }
     }
-    return ss_world_opaque_at(h->world, h->triangle, u / sum, v / sum);
+    const double s = nearness(h->frame, sum[0]);
+    return ss_world_opaque_at(h->world, h->triangle, sum[1] / s, sum[2] / s);
 }
 
 int ss_raster_triangle_corners(const ss_raster_triangle *triangle, uint32_t used,

@@ -36,7 +36,7 @@ typedef struct ss_caster_holes {
     const ss_world *world;
     const ss_frame *frame;
     uint32_t triangle;
-    const ss_scan_corner *corner; /* three, not clipped */
+    const ss_scan_corner *corner; /* three, of the part that is drawn */
 } ss_caster_holes;
 static inline bool ss_caster_has_holes(const ss_world *world, size_t t) {
     return world->any_opacity && ss_world_mesh_of(world, (uint32_t)t)->source->opacity.texels;

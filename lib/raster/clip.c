@@ -42,32 +42,47 @@ int ss_clip_guard(ss_scan_corner corner[SS_CLIP_MOST], int count, uint32_t used)
     return count < 3 ? 0 : count;
 }
 
-static void project(const ss_frame *frame, const double c[3], ss_scan_corner *out) {
-    const double s = 1 / (1 + c[2] * frame->inverse);
-    out->x = (c[0] * s - frame->low[0]) / frame->texel;
-    out->y = (c[1] * s - frame->low[1]) / frame->texel;
-    out->attribute[0] = c[2] * s;
+/* A corner in the frame's axes, and its weights of the triangle's 2nd and 3rd vertex. */
+typedef struct framed {
+    double at[3], weight[2];
+} framed;
+
+static void project(const ss_frame *frame, const framed *c, ss_scan_corner *out) {
+    const double s = 1 / (1 + c->at[2] * frame->inverse);
+    out->x = (c->at[0] * s - frame->low[0]) / frame->texel;
+    out->y = (c->at[1] * s - frame->low[1]) / frame->texel;
+    out->attribute[0] = c->at[2] * s;
+    for (int k = 0; k < 2; k++) out->attribute[1 + k] = c->weight[k] * s;
 }
 
-int ss_clip_caster(const ss_frame *frame, const double corner[3][3], ss_scan_corner out[SS_CLIP_MOST]) {
-    double c[3][3];
+/* Where the edge meets the near plane. */
+static void meet(const ss_frame *frame, const framed *from, const framed *to, framed *out) {
+    const double t = (frame->nearest - from->at[2]) / (to->at[2] - from->at[2]);
+    for (int k = 0; k < 2; k++) {
+        out->at[k] = from->at[k] + t * (to->at[k] - from->at[k]);
+        out->weight[k] = from->weight[k] + t * (to->weight[k] - from->weight[k]);
+    }
+    out->at[2] = frame->nearest;
+}
+
+int ss_clip_caster(const ss_frame *frame, const double corner[3][3],
+                   ss_scan_corner out[SS_CLIP_MOST]) {
+    framed c[3] = {{.weight = {0, 0}}, {.weight = {1, 0}}, {.weight = {0, 1}}};
     int count = 0;
     for (int i = 0; i < 3; i++) {
         double d[3];
         ss_sub(corner[i], frame->origin, d);
-        c[i][0] = ss_dot(d, frame->x), c[i][1] = ss_dot(d, frame->y), c[i][2] = ss_dot(d, frame->z);
+        c[i].at[0] = ss_dot(d, frame->x), c[i].at[1] = ss_dot(d, frame->y);
+        c[i].at[2] = ss_dot(d, frame->z);
     }
     for (int i = 0; i < 3; i++) {
-        const double *a = c[i], *b = c[(i + 1) % 3];
-        const bool in = a[2] > frame->nearest, next = b[2] > frame->nearest;
+        const framed *a = &c[i], *b = &c[(i + 1) % 3];
+        const bool in = a->at[2] > frame->nearest, next = b->at[2] > frame->nearest;
         if (in) project(frame, a, &out[count++]);
         if (in == next) continue;
-        const double *from = in ? b : a, *to = in ? a : b; /* always from the corner that is out */
-        const double t = (frame->nearest - from[2]) / (to[2] - from[2]);
-        double at[3];
-        for (int k = 0; k < 2; k++) at[k] = from[k] + t * (to[k] - from[k]);
-        at[2] = frame->nearest;
-        project(frame, at, &out[count++]);
+        framed cut;
+        meet(frame, in ? b : a, in ? a : b, &cut); /* always from the corner that is out */
+        project(frame, &cut, &out[count++]);
     }
-    return count < 3 ? 0 : ss_clip_guard(out, count, 1);
+    return count < 3 ? 0 : ss_clip_guard(out, count, SS_CASTER_ATTRIBUTES);
 }

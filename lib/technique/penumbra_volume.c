@@ -341,8 +341,8 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
         const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
         const uint32_t column = (uint32_t)left, row = (uint32_t)low;
         const float u = left - (float)column, v = low - (float)row;
-        const size_t at[4] = {looks->base[i] + (size_t)row * side + column, at[0] + right, at[0] + up,
-                              at[0] + up + right};
+        const size_t first = looks->base[i] + (size_t)row * side + column;
+        const size_t at[4] = {first, first + right, first + up, first + up + right};
         asked a = {(const volume_state *)maps, looks->points[i].p, looks->h[i], NULL, 0};
         float seen[4];
         for (int k = 0; k < 4; k++) {

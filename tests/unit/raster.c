@@ -210,6 +210,76 @@ static void test_depth(void **state) {
     shape_free(&s);
 }
 
+/* ---- holes ---------------------------------------------------------------------------------- */
+
+/* Where the ray through a map position meets triangle 0: its weights of the 2nd and 3rd vertex. */
+static bool meet(const ss_world *w, const ss_frame *f, double column, double row, double uv[2]) {
+    double from[3], along[3], e[2][3], s[3], p[3], q[3];
+    const float *v[3];
+    for (int i = 0; i < 3; i++) v[i] = w->vertices + 3 * (size_t)w->indices[i];
+    for (int k = 0; k < 3; k++) {
+        from[k] = f->origin[k] - f->z[k] / f->inverse;
+        along[k] = f->z[k] / f->inverse + (f->low[0] + column * f->texel) * f->x[k] +
+                   (f->low[1] + row * f->texel) * f->y[k];
+        for (int i = 0; i < 2; i++) e[i][k] = (double)v[i + 1][k] - v[0][k];
+        s[k] = from[k] - v[0][k];
+    }
+    ss_cross(along, e[1], p);
+    ss_cross(s, e[0], q);
+    const double determinant = ss_dot(e[0], p);
+    uv[0] = ss_dot(s, p) / determinant, uv[1] = ss_dot(along, q) / determinant;
+    return uv[0] >= 0 && uv[1] >= 0 && uv[0] + uv[1] <= 1 && ss_dot(e[1], q) / determinant > 0;
+}
+
+/* One triangle with a chequered texture, drawn against rays cast one by one. */
+static void check_holes(const double corner[3][3]) {
+    enum { SIDE = 128 };
+    static uint8_t chequers[8 * 8];
+    static const float uvs[3][2] = {{0, 0}, {1, 0}, {0, 1}};
+    static float plane[SIDE * SIDE];
+    for (int i = 0; i < 64; i++) chequers[i] = (i + i / 8) % 2 ? 255 : 0;
+    const uint32_t index[1][3] = {{0, 1, 2}};
+    const double below[6] = {-4, -4, -3, 4, 4, -2};
+    const softshadow_light light = sphere_at(0, 1, 3, 0);
+    shape s = shape_of(corner, 3, index, 1);
+    scene b = {0};
+    uint32_t id;
+    softshadow_mesh mesh = shape_mesh(&s);
+    mesh.uvs = &uvs[0][0], mesh.opacity = (softshadow_texture){8, 8, chequers};
+    mesh.opacity_threshold = .5f;
+    assert_int_equal(ss_scene_add_mesh(&b.scene, &mesh, &id), SOFTSHADOW_OK);
+    assert_int_equal(ss_scene_add_light(&b.scene, &light, true, &id), SOFTSHADOW_OK);
+    assert_int_equal(ss_world_create(&b.world, &b.scene), SOFTSHADOW_OK);
+    ss_world_light(b.world, &b.scene.lights[0], &b.light);
+    const ss_frames frames = fit(&b, SIDE, below, false);
+    assert_int_equal(frames.count, 1);
+    const ss_raster_casters casters = {.world = b.world, .frame = &frames.face[0],
+                                       .resolution = SIDE, .deepest = SS_MAP_FAR};
+    ss_pool *pool = test_pool(2);
+    assert_int_equal(ss_raster_cpu.depth(&casters, plane, pool), SOFTSHADOW_OK);
+    ss_pool_destroy(pool);
+    int dark = 0, holes = 0, off = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        double uv[2];
+        const bool met = meet(b.world, &frames.face[0], i % SIDE + .5, i / SIDE + .5, uv);
+        const bool opaque = met && ss_world_opaque_at(b.world, 0, uv[0], uv[1]);
+        dark += opaque, holes += met && !opaque;
+        off += opaque != (plane[i] < SS_MAP_FAR);
+    }
+    assert_true(dark > 1000 && holes > 1000);
+    assert_true(off * 200 < dark + holes); /* centres within the snapping of a chequer's rim */
+    drop(&b);
+    shape_free(&s);
+}
+
+/* All in front of the light; one corner behind it; two. */
+static void test_holes(void **state) {
+    (void)state;
+    check_holes((const double[3][3]){{-2, -2, 1}, {2.5, -1, 0}, {0, 4, 1.5}});
+    check_holes((const double[3][3]){{-2, -4, 0}, {2, -4, 0}, {0, 6, 5}});
+    check_holes((const double[3][3]){{0, -2.5, 0}, {-5, 7, 5}, {5, 7, 5}});
+}
+
 /* A body all around the light: a cube of six faces; one to the side: one frame. */
 static void test_faces(void **state) {
     (void)state;
@@ -300,7 +370,7 @@ static void test_speed(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_watertight), cmocka_unit_test(test_depth), cmocka_unit_test(test_faces),
-        cmocka_unit_test(test_looks),      cmocka_unit_test(test_speed),
+        cmocka_unit_test(test_looks),      cmocka_unit_test(test_speed), cmocka_unit_test(test_holes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,8 +21,8 @@ static bool caster_rows(const void *ctx, size_t t, int32_t *first, int32_t *last
     return ss_casters_rows(&d->casters, t, corner, count, first, last);
 }
 
-static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3], bool clipped,
-                      int32_t first, int32_t last) {
+static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3], int32_t first,
+                      int32_t last) {
     const ss_raster_casters *c = d->asked;
     ss_scan scan;
     if (!ss_scan_snap(&scan, corner, c->resolution)) return;
@@ -30,7 +30,7 @@ static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3]
     if (ss_casters_turned(&d->casters, &scan)) return;
     ss_scan_gradients(&scan, corner, 1);
     const float bias = ss_casters_bias(&d->casters, &scan);
-    if (ss_caster_has_holes(c->world, t) && !clipped) {
+    if (ss_caster_has_holes(c->world, t)) {
         ss_caster_holes h = {c->world, c->frame, (uint32_t)t, corner};
         ss_scan_masked(&scan, first, last, c->resolution, bias, d->above, d->plane,
                        ss_caster_opaque_at, &h);
@@ -55,7 +55,7 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
             const int count = ss_casters_corners(&d->casters, t, corner);
             for (int k = 2; k < count; k++) {
                 const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
-                draw_part(d, t, part, count > 3, first, last);
+                draw_part(d, t, part, first, last);
             }
         }
     }
