@@ -1,7 +1,6 @@
 /* The options behind softshadow_build and softshadow_light. */
 #include "build_options.h"
 
-#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,10 +18,7 @@ enum { MOST_PROFILE = 65536 };
 
 static bool take_light(void *into, const char *value, cli_error *error) {
     cli_build_options *options = into;
-    if (options->light_count == CLI_MOST_LIGHTS)
-        return cli_fail(error, CLI_USAGE, "--light: at most %d lights are allowed",
-                        CLI_MOST_LIGHTS);
-    return cli_light_parse(value, &options->lights[options->light_count++], error);
+    return cli_light_add(options->lights, &options->light_count, value, error);
 }
 
 void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_TABLE],
@@ -75,14 +71,14 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
          .argument = "N",
          .into = &b->resolution,
          .low = 1,
-         .high = 65536,
+         .high = 16384,
          .help = "side of a map in texels (1024)"},
         {.name = "layers",
          .kind = CLI_UINT,
          .argument = "N",
          .into = &b->layers,
          .low = 1,
-         .high = 256,
+         .high = 64,
          .help = "depth layers of backprojection (3)"},
         {.name = "max-samples",
          .kind = CLI_UINT,
@@ -102,26 +98,31 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
          .argument = "LENGTH",
          .into = &b->depth_bias,
          .low = 0,
-         .high = DBL_MAX,
+         .high = 1e15,
          .help = "where depths are compared (the method's own)"},
         {.name = "smoothie-width",
          .kind = CLI_REAL,
          .argument = "T",
          .into = &b->smoothie_width,
          .low = 0,
-         .high = DBL_MAX,
+         .high = 1e6,
          .help = "of smoothie, as a tangent (R/b)"},
         {.name = "mask-taps",
          .kind = CLI_UINT,
          .argument = "N",
          .into = &b->mask_taps,
          .low = 1,
-         .high = 1024,
+         .high = 64,
          .help = "of penumbra-mask, along a side (8)"},
         {.name = "blur",
-         .kind = CLI_FLAG,
-         .into = &o->blur,
-         .help = "penumbra-mask: blur along image rows"},
+         .kind = CLI_UINT,
+         .argument = "N",
+         .into = &b->blur,
+         .low = 2,
+         .high = 64,
+         .given = &o->blur,
+         .optional = true,
+         .help = "penumbra-mask: over N pixels along image rows (12)"},
         {.name = "propagate",
          .kind = CLI_FLAG,
          .into = &o->propagate,
@@ -161,7 +162,7 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
                                .into = &b->seed,
                                .low = 0,
                                .high = UINT32_MAX,
-                               .help = "turns the sample pattern of raytrace (0)"},
+                               .help = "turns the sample pattern of raytrace and penumbra-mask (0)"},
                               {.name = "stats",
                                .kind = CLI_CHOICE,
                                .argument = "FORM",
@@ -261,7 +262,8 @@ bool cli_build_options_finish(cli_build_options *o, cli_error *error) {
     if (!o->light_count)
         return cli_fail(error, CLI_USAGE, "--light is missing, " CLI_LIGHT_FORMS " is allowed");
     if (o->build.method && !check_method(o->build.method, error)) return false;
-    o->build.blur = o->blur, o->build.propagate = o->propagate;
+    if (o->blur && !o->build.blur) o->build.blur = 1; /* over the library's own number of pixels */
+    o->build.propagate = o->propagate;
     if (o->bounds_given) o->build.bounds = o->bounds;
     return !o->profile_path || load_profile(o, error);
 }

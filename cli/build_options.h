@@ -4,9 +4,10 @@
 
 #include <softshadow.h>
 
+#include "light.h"
 #include "options.h"
 
-enum { CLI_MOST_LIGHTS = 64, CLI_BUILD_TABLE = 18, CLI_RUN_TABLE = 8 };
+enum { CLI_BUILD_TABLE = 18, CLI_RUN_TABLE = 8 };
 
 typedef struct cli_build_options {
     softshadow_build build;
@@ -17,6 +18,7 @@ typedef struct cli_build_options {
     float *profile; /* of all lights; owned */
     double bounds[6];
     bool quiet, bounds_given, blur, propagate;
+    bool unbuilt;        /* meshes and lights only: nothing will be asked */
     bool silent;         /* not even warnings on stderr: a host owns it */
     bool stats;          /* print softshadow_stats ... */
     uint32_t stats_form; /* ... 0: as a table, 1: as json */

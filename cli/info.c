@@ -11,12 +11,10 @@
 #include "output.h"
 #include "text_buffer.h"
 
-enum { LIGHTS = 64 };
-
 typedef struct info {
     bool json, backends;
-    const char *light_texts[LIGHTS];
-    softshadow_light lights[LIGHTS];
+    const char *light_texts[CLI_MOST_LIGHTS];
+    softshadow_light lights[CLI_MOST_LIGHTS];
     uint32_t light_count;
     softshadow *handle;
     cli_text text;
@@ -27,15 +25,13 @@ typedef struct findings {
     const char *path;
     const cli_mesh *mesh;
     softshadow_mesh_report report;
-    uint64_t silhouettes[LIGHTS];
+    uint64_t silhouettes[CLI_MOST_LIGHTS];
 } findings;
 
 static bool take_light(void *into, const char *value, cli_error *error) {
     info *in = into;
-    if (in->light_count == LIGHTS)
-        return cli_fail(error, CLI_USAGE, "--light: at most %d lights are allowed", LIGHTS);
-    in->light_texts[in->light_count] = value;
-    return cli_light_parse(value, &in->lights[in->light_count], error) && ++in->light_count;
+    if (in->light_count < CLI_MOST_LIGHTS) in->light_texts[in->light_count] = value;
+    return cli_light_add(in->lights, &in->light_count, value, error);
 }
 
 /* ---- What is found ----------------------------------------------------------------------------*/
@@ -61,14 +57,8 @@ static bool ask(info *in, uint32_t id, findings *found, cli_error *error) {
 }
 
 static bool examine(info *in, findings *found, cli_error *error) {
-    softshadow_mesh mesh = SOFTSHADOW_MESH_INIT;
+    const softshadow_mesh mesh = cli_mesh_given(found->mesh);
     uint32_t id;
-    mesh.flags = SOFTSHADOW_BORROW;
-    mesh.position_type = found->mesh->position_type;
-    mesh.positions = found->mesh->positions;
-    mesh.vertex_count = found->mesh->vertex_count;
-    mesh.indices = found->mesh->indices;
-    mesh.triangle_count = found->mesh->triangle_count;
     if (softshadow_add_mesh(in->handle, &mesh, &id) != SOFTSHADOW_OK)
         return library_fails(in, found->path, error);
     bool fine = ask(in, id, found, error);
@@ -217,7 +207,7 @@ static int print(info *in, int status) {
 int cli_info(int argc, char **argv) {
     info in = {.first = true};
     const cli_option own[] = {
-        {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &in, .take = take_light,
+        {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &in, .take = take_light,
          .help = "silhouette edges seen from the centre of this light; repeatable"},
         {.name = "backends", .kind = CLI_FLAG, .into = &in.backends,
          .help = "what builds and answers here: the CPU, a GPU, or why not; no mesh"},

@@ -59,4 +59,11 @@ bool cli_light_parse(const char *text, softshadow_light *out, cli_error *error) 
                     cli_show(&shown, text, strlen(text)));
 }
 
+bool cli_light_add(softshadow_light *lights, uint32_t *count, const char *text, cli_error *error) {
+    if (*count == CLI_MOST_LIGHTS)
+        return cli_fail(error, CLI_USAGE, "--light: at most %d lights are allowed",
+                        CLI_MOST_LIGHTS);
+    return cli_light_parse(text, &lights[(*count)++], error);
+}
+
 const char *cli_light_type_name(uint32_t type) { return type < FORMS ? forms[type].name : "?"; }

@@ -68,6 +68,7 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *count,
         .more = "Example:\n"
                 "  softshadow maps bunny.obj --light sphere:3,4,2,0.5 -m penumbra-limit -o maps.exr\n"};
     cli_build_options_tables(&r->build, build, run);
+    cli_options_drop(run, "verify"); /* no point is asked */
     return cli_options_parse(&command, argc, argv, meshes, count, status);
 }
 

@@ -129,6 +129,13 @@ const cli_option *cli_options_find(const cli_command *command, const char *name)
     return find(command, name, strlen(name), 0);
 }
 
+void cli_options_drop(cli_option *table, const char *name) {
+    cli_option *kept = table;
+    for (const cli_option *o = table; o->name; o++)
+        if (strcmp(o->name, name) != 0) *kept++ = *o;
+    *kept = (cli_option){0};
+}
+
 bool cli_options_set(const cli_option *option, const char *value, cli_error *error) {
     if (option->given) *option->given = true;
     if (option->kind == CLI_FLAG) {
@@ -137,6 +144,7 @@ bool cli_options_set(const cli_option *option, const char *value, cli_error *err
         *(bool *)option->into = true;
         return true;
     }
+    if (option->optional && !(value && *value)) return true;
     return take_value(option, value ? value : "", error);
 }
 

@@ -2,11 +2,14 @@
  *
  *     uint32_t size = 512;
  *     const cli_option own[] = {
- *         {.name = "size", .kind = CLI_UINT, .argument = "N", .into = &size, .low = 1, .high =
- * 4096, .help = "side of the image (512)"}, {0}}; const cli_command command = {.name = "explain",
- * .usage = "MESH... --light L --at X,Y,Z", .about = "...", .tables = {own}}; int status; char
- * **files;   // operands, at the front of argv int count; if (!cli_options_parse(&command, argc,
- * argv, &files, &count, &status)) return status;
+ *         {.name = "size", .kind = CLI_UINT, .argument = "N", .into = &size,
+ *          .low = 1, .high = 4096, .help = "side of the image (512)"},
+ *         {0}};
+ *     const cli_command command = {.name = "explain", .usage = "MESH... --light L --at X,Y,Z",
+ *                                  .about = "...", .tables = {own}};
+ *     int count, status;
+ *     char **files;  // operands, at the front of argv
+ *     if (!cli_options_parse(&command, argc, argv, &files, &count, &status)) return status;
  *
  * Forms taken: --name VALUE, --name=VALUE, -o VALUE, -oVALUE, -- (what follows are operands), - (an
  * operand). An option whose value is optional takes it only with =. Names are not abbreviated. */
@@ -64,6 +67,9 @@ bool cli_options_parse(const cli_command *command, int argc, char **argv, char *
  * value, as --name=VALUE would set it (a flag takes NULL or ""). */
 const cli_option *cli_options_find(const cli_command *command, const char *name);
 bool cli_options_set(const cli_option *option, const char *value, cli_error *error);
+
+/* Takes an option out of a table that commands share: one that this command has no use for. */
+void cli_options_drop(cli_option *table, const char *name);
 
 /* "softshadow query: TEXT" on stderr; returns error->status. */
 int cli_options_complain(const char *command, const cli_error *error);

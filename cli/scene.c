@@ -17,13 +17,7 @@ static bool add_mesh(cli_scene *scene, const char *path, cli_error *error) {
     char shown[208];
     if (!cli_mesh_read(path, mesh, error)) return false;
     scene->mesh_count++;
-    softshadow_mesh given = SOFTSHADOW_MESH_INIT;
-    given.flags = SOFTSHADOW_BORROW;
-    given.position_type = mesh->position_type;
-    given.positions = mesh->positions;
-    given.vertex_count = mesh->vertex_count;
-    given.indices = mesh->indices;
-    given.triangle_count = mesh->triangle_count;
+    const softshadow_mesh given = cli_mesh_given(mesh);
     softshadow_status status = softshadow_add_mesh(scene->handle, &given, NULL);
     return status == SOFTSHADOW_OK ||
            cli_scene_fail(scene, status, cli_show_path(path, shown), error);
@@ -56,6 +50,7 @@ static bool fill(cli_scene *scene, const cli_build_options *options, char *const
     for (int i = 0; i < count; i++)
         if (!add_mesh(scene, paths[i], error)) return false;
     if (!add_lights(scene, options, error)) return false;
+    if (options->unbuilt) return true;
     cli_progress_begin(&scene->progress, "building");
     status = softshadow_build_maps(scene->handle, &options->build);
     if (status == SOFTSHADOW_OK) return true;

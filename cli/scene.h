@@ -17,7 +17,8 @@ typedef struct cli_scene {
     cli_progress progress;
 } cli_scene;
 
-/* Reads the meshes (in the order given: mesh_id is the place in it), sets the lights, builds.
+/* Reads the meshes (in the order given: mesh_id is the place in it), sets the lights, builds (but
+ * where options->unbuilt says that nothing will be asked).
  * On error nothing is held. */
 bool cli_scene_open(cli_scene *scene, const cli_build_options *options, char *const *mesh_paths,
                     int mesh_count, cli_error *error);

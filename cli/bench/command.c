@@ -270,7 +270,7 @@ int cli_bench(int argc, char **argv) {
          .help = "egl: only methods that run on the GPU, there and on the CPU (cpu)"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
-        {.name = "light", .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
+        {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
          .help = "this light instead of the scene's own"},
         {.name = "lights", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_lights,
          .help = "of small, medium, object (medium,object)"},

@@ -108,6 +108,7 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *mesh_c
                 "  softshadow explain bunny.obj --light sphere:3,4,2,0.5 --at -1,-0.99,-0.4 -o "
                 "light.png\n"};
     cli_build_options_tables(&r->build, build, run);
+    cli_options_drop(run, "verify"); /* it measures batches of points */
     return cli_options_parse(&command, argc, argv, meshes, mesh_count, status);
 }
 

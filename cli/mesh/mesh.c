@@ -96,6 +96,17 @@ bool cli_mesh_read_uvs(const char *path, cli_mesh *out, cli_error *error) {
     return read_mesh(path, true, out, error);
 }
 
+softshadow_mesh cli_mesh_given(const cli_mesh *mesh) {
+    softshadow_mesh given = SOFTSHADOW_MESH_INIT;
+    given.flags = SOFTSHADOW_BORROW;
+    given.position_type = mesh->position_type;
+    given.positions = mesh->positions;
+    given.vertex_count = mesh->vertex_count;
+    given.indices = mesh->indices;
+    given.triangle_count = mesh->triangle_count;
+    return given;
+}
+
 void cli_mesh_free(cli_mesh *mesh) {
     if (!mesh) return;
     free(mesh->positions);

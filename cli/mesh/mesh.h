@@ -20,6 +20,7 @@
 
 #include "error.h"
 
+#include <softshadow.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -44,6 +45,9 @@ bool cli_mesh_read(const char *path, cli_mesh *out, cli_error *error);
 /* The same with texture coordinates: of OBJ's corners (a vertex that has several is split, so that
  * vertices are more than the file's), of PLY's and OFF's vertices. */
 bool cli_mesh_read_uvs(const char *path, cli_mesh *out, cli_error *error);
+
+/* As the library takes it: it borrows the arrays. */
+softshadow_mesh cli_mesh_given(const cli_mesh *mesh);
 
 void cli_mesh_free(cli_mesh *mesh); /* NULL or all zero is fine */
 

@@ -82,6 +82,11 @@ static bool parse(povray_job *j, int argc, char **argv, int *status) {
         .more = more};
     request_table(&j->request, seen);
     cli_build_options_tables(&j->request.build, build, run);
+    /* A scene file may have them, for render. */
+    cli_options_drop(seen, "aov");
+    cli_options_drop(seen, "exposure");
+    cli_options_drop(run, "stats");
+    cli_options_drop(run, "verify");
     return request_arguments(&j->request, j, sizeof *j, &command, argc, argv, status);
 }
 
@@ -91,8 +96,11 @@ static bool ends_with(const char *text, const char *end) {
 }
 
 static bool check_passes(const povray_job *j, cli_error *error) {
+    char shown[208];
     if (!ends_with(j->output, ".exr"))
-        return cli_fail(error, CLI_USAGE, "-o: --positions makes an image, FILE.exr is allowed");
+        return cli_fail(error, CLI_USAGE,
+                        "-o %s: --positions makes an image, a name that ends in .exr is allowed",
+                        cli_show_path(j->output, shown));
     if (j->request.mesh_count)
         return cli_fail(error, CLI_USAGE, "--positions: goes without meshes");
     bool fine = j->box_given;
@@ -104,16 +112,18 @@ static bool check_passes(const povray_job *j, cli_error *error) {
 
 static bool check_scene(povray_job *j, cli_error *error) {
     request *r = &j->request;
+    char shown[208];
     if (!ends_with(j->output, ".pov"))
-        return cli_fail(error, CLI_USAGE, "-o: FILE.pov is allowed");
+        return cli_fail(error, CLI_USAGE, "-o %s: a name that ends in .pov is allowed",
+                        cli_show_path(j->output, shown));
     if (strpbrk(j->output, "\"\\"))
-        return cli_fail(error, CLI_USAGE, "-o: a name without quotes and backslashes is allowed");
-    if (r->build.verify || r->build.stats)
-        return cli_fail(error, CLI_USAGE, "--stats, --verify: are render's");
+        return cli_fail(error, CLI_USAGE, "-o %s: a name without quotes and backslashes is allowed",
+                        cli_show_path(j->output, shown));
     /* Each pixel of the visibility image and each vertex stands alone. */
     if (r->build.build.tolerance == 0 && r->build.build.samples == 0)
         r->build.build.tolerance = 1.0 / 256;
     if (!request_finish(r, error)) return false;
+    r->build.unbuilt = j->shadows == POVRAY_AREA || j->shadows == POVRAY_NONE;
     if (j->shadows == POVRAY_BAKED && r->build.light_count > 1)
         return cli_fail(error, CLI_USAGE, "--shadows baked: has room for one --light");
     if (j->shadows == POVRAY_AREA && r->build.profile)

@@ -42,6 +42,18 @@ class Images(Case):
         self.good(self.query(self.path("o.exr"), "-o", self.path("again.raw")))
         self.assertEqual(self.get("again.raw"), struct.pack("<200f", *self.wanted))
 
+    def test_blur(self):
+        """Rows of an image are what a blur runs along: none, the library's own 12 pixels, or others."""
+        across = [((i % WIDTH - 9.5) / 8, y / 16, 0.0) for y in range(HEIGHT) for i in range(WIDTH)]
+        image = self.put("line.pfm", b"PF\n%d %d\n-1.0\n" % (WIDTH, HEIGHT) + raw(across))
+        told = []
+        for n, blur in enumerate([[], ["--blur"], ["--blur=12"], ["--blur=3"]]):
+            out = self.path("%d.raw" % n)
+            self.good(self.query(image, "--method", "penumbra-mask", *blur, "-o", out))
+            told.append(self.get("%d.raw" % n))
+        self.assertEqual(told[1], told[2])
+        self.assertEqual(len(set(told)), 3)
+
     def test_mistakes(self):
         self.bad(self.query(self.image), 2, "image is written to a file")
         self.bad(self.query(self.image, "--shard", "0/2", "-o", self.path("o.raw")), 2, "need a file")

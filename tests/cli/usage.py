@@ -8,7 +8,8 @@ from command import LIGHT, SOFTSHADOW, SOURCE, Case, main
 
 NUMBERS = {"--tolerance": "0.01", "--samples": "16", "--resolution": "64", "--layers": "2",
            "--depth-bias": "0.1", "--smoothie-width": "0.1", "--mask-taps": "4",
-           "--max-samples": "8", "--seed": "1", "--threads": "1", "--verify=": "10"}
+           "--max-samples": "8", "--seed": "1", "--threads": "1", "--verify=": "10", "--blur=": "4",
+           "--points-ahead": "100"}
 NO_NUMBERS = ["", "1,5", "nan", "inf", "1e400", "3x", "0x10", "-1", "--help"]
 
 
@@ -52,6 +53,56 @@ class Usage(Case):
             self.bad(self.query("--bounds", text), 2, "--bounds", "X0,Y0,Z0,X1,Y1,Z1")
         for text in ("1", "a/2", "1/0", "-1/2", "1/2/3", "1/2x", "/"):
             self.bad(self.query("--shard", text), 2, "--shard", "I/N")
+
+    def test_ranges_are_the_librarys(self):
+        """The last number that an option takes the library takes, too; the next is refused here, in
+        words of the command line."""
+        for option in sorted(set(NUMBERS) - {"--tolerance", "--samples", "--threads", "--verify="}):
+            with self.subTest(option=option):
+                given = lambda n: [option + n] if option.endswith("=") else [option, n]
+                said = self.bad(self.query(*given("1" + 30 * "0")), 2, option.rstrip("="), "allowed")
+                low, high = re.search(r"(\S+) to (\S+) (?:is|are) allowed", said).groups()
+                for number in (low, high):
+                    self.good(self.query(*given(number), stdin=b"9 9 0\n"))
+                if high.isdigit():
+                    self.bad(self.query(*given(str(int(high) + 1))), 2, option.rstrip("="), high)
+
+    def test_blur(self):
+        """Alone over as many pixels as the library blurs over, or over a number of them."""
+        mask = ["--method", "penumbra-mask", "--resolution", "64", "--stats=json"]
+        for blur in ([], ["--blur"], ["--blur=64"]):
+            done = self.query(*mask, *blur, stdin=b"9 9 0\n0 0 0\n")
+            self.assertEqual((done.returncode, done.stdout), (0, b"9 9 0 1\n0 0 0 0\n"), done.stderr)
+        for wrong in ("1", "65"):
+            self.bad(self.query(*mask, "--blur=" + wrong), 2, "--blur", "2 to 64")
+
+    def test_no_option_does_nothing(self):
+        """An option of other commands is none, and is not listed, where it would be without effect."""
+        run = {"maps": ["-m", "hard", "-o", self.path("m.exr")],
+               "explain": ["--at", "0,0,0"], "povray": ["-o", self.path("p.pov")]}
+        for command, options in [("maps", ["--verify"]), ("explain", ["--verify=9"]),
+                                 ("povray", ["--verify", "--stats", "--aov=depth", "--exposure=3"])]:
+            shown = self.good(self.run_it(command, "--help")).decode()
+            self.assertIn("--light", shown)
+            for option in options:
+                with self.subTest(command=command, option=option):
+                    name = option.split("=")[0]
+                    self.bad(self.run_it(command, self.mesh, "-l", LIGHT, *run[command], option), 2,
+                             name + " is no option")
+                    self.assertNotIn(name, shown)
+        self.assertEqual(os.listdir(self.folder), ["mesh.obj"])
+
+    def test_letter_of_lights(self):
+        """-l is a light wherever --light is."""
+        for command in re.findall(r"(?m)^  ([a-z]+) {2,}", self.good(self.run_it("--help")).decode()):
+            shown = self.good(self.run_it(command, "--help")).decode()
+            if "--light " in shown:
+                self.assertIn("-l, --light ", shown, command)
+        out = self.good(self.run_it("info", self.mesh, "-l", LIGHT)).decode()
+        self.assertRegex(out, r"silhouette edges +4  from " + LIGHT)
+        many = [word for _ in range(65) for word in ("-l", LIGHT)]
+        for command in ("info", "query"):
+            self.bad(self.run_it(command, self.mesh, *many), 2, "at most 64 lights")
 
     def test_lights(self):
         for text in ("", "sphere", "sphere:", "sphere:1,2,3", "sphere:1,2,3,4,5", "sphere:1,5;2,3,4",
@@ -102,7 +153,7 @@ class Usage(Case):
         self.assertGreater(len(fields), 12)
         out = self.good(self.run_it("query", "--help")).decode()
         for field in fields:
-            self.assertIn("--" + field.replace("_", "-") + " ", out + " ")
+            self.assertRegex(out, "--" + field.replace("_", "-") + r"(?=\W)")
 
     def complete(self, *words):
         script = ('source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _softshadow; '

@@ -292,7 +292,7 @@ class Scene:
 
     def build(self, method: Optional[str] = None, *, backend: str = "cpu", samples: int = 0,
               resolution: int = 0, layers: int = 0, max_samples: int = 0, falloff: str = "disk",
-              weighting: str = "uniform", mask_taps: int = 0, blur: bool = False, seed: int = 0,
+              weighting: str = "uniform", mask_taps: int = 0, blur: int = 0, seed: int = 0,
               tolerance: float = 0, depth_bias: float = 0, smoothie_width: float = 0,
               bounds: Any = None, propagate: bool = False, points_ahead: int = 0) -> None:
         """Prepares a method for the scene and its lights; builds again only what has become stale.
@@ -308,7 +308,7 @@ class Scene:
         falloff         "disk", "linear", "paper" or "profile"
         weighting       "uniform", "solid_angle" or "irradiance" (needs normals)
         mask_taps       of "penumbra-mask": taps along a side; 0: 8
-        blur            of "penumbra-mask": whether to blur along image rows
+        blur            of "penumbra-mask": over how many pixels along image rows (1: over 12)
         seed            turns the sample pattern of "raytrace"
         tolerance       wanted RMS error of a point in penumbra; 0: 1/256
         depth_bias      length, for methods that compare depths; 0: their own

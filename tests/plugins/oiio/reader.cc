@@ -157,7 +157,8 @@ static void bad_scenes_are_one_line() {
     refuse(lines + "tolerance\n", "its value is empty");
     refuse(lines + "light lamp:1\n", ":11:");
     refuse(lines + "verify 3\n", "verify is none of a scene's names");
-    refuse(lines + "blur yes\n", "takes no value");
+    refuse(lines + "blur yes\n", "blur yes: ");
+    refuse(lines + "propagate yes\n", "takes no value");
     refuse(lines + "mesh\n", "its name is missing");
     refuse(lines + "mesh none.obj\n", "none.obj: No such file");
     refuse(lines + "profile none.txt\n", "none.txt: No such file");

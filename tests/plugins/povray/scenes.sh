@@ -125,15 +125,20 @@ expect() { # STATUS PATTERN ARGUMENT...
         wrong "povray $*: status $got, $(cat err.txt)"
 }
 expect 2 '-o FILE.pov is missing' scene.obj $lamps
-expect 2 'FILE.pov is allowed' scene.obj $lamps -o x.png
+expect 2 'x.png: a name that ends in .pov is allowed' scene.obj $lamps -o x.png
 expect 2 'room for one --light' scene.obj $lamps --shadows baked -o x.pov
 expect 2 'a mesh is missing' $lamps -o x.pov
 expect 2 'light is missing' scene.obj -o x.pov
 expect 1 'none.obj' none.obj $lamps -o x.pov
-expect 2 'FILE.exr is allowed' --positions pass1.png,pass2.png --box "$box" -o x.pov
+expect 2 'x.pov: --positions makes an image, a name that ends in .exr is allowed' --positions pass1.png,pass2.png --box "$box" -o x.pov
 expect 2 '--box' --positions pass1.png,pass2.png -o x.exr
 expect 2 'COARSE.png,FINE.png' --positions pass1.png --box "$box" -o x.exr
 expect 1 'nowhere.png' --positions pass1.png,nowhere.png --box "$box" -o x.exr
 expect 1 'is no PNG of 16 bits' --positions pass1.png,r.exr --box "$box" -o x.exr
+expect 2 'is no option' scene.obj $lamps --aov depth -o x.pov
+# Only shadows that are asked for are built: POV-Ray's own need no method, and none need none.
+cannot="-m hard --weighting irradiance"
+expect 1 'cannot do it' scene.obj $lamps $cannot --shadows projected -o x.pov
+for kind in area none; do written "plain-$kind" scene.obj $lamps $cannot --shadows "$kind"; done
 [ ! -e x.pov ] && [ ! -e x.exr ] || wrong "a failed run left a file"
 exit "$bad"
