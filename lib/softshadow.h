@@ -202,7 +202,7 @@ typedef struct softshadow_build {
     uint32_t mask_taps;   /* "penumbra-mask": taps along a side; 0: 8 */
     uint32_t blur;        /* "penumbra-mask" where points are rows of an image: blur over so many
                              pixels, 64 at most; 1: over 12; 0: not at all */
-    uint32_t seed;        /* turns the sample pattern of "raytrace" */
+    uint32_t seed;        /* turns the sample pattern of "raytrace" and "penumbra-mask" */
     double tolerance;     /* wanted RMS error of a point in penumbra; 0: 1/256 */
     double depth_bias;    /* for techniques that compare depths, in units of length; 0: their own */
     double smoothie_width; /* "smoothie": in tangent units; 0: R/b */
