@@ -106,6 +106,7 @@ class Life(unittest.TestCase):
             scene.add_mesh(vertices, FACES, borrow=True)
         vertices.append(0)
 
+    @unittest.skipIf(package.SANITIZERS, "another thread may hold its allocator at fork")
     def test_fork(self):
         """A child's use of the parent's scene is refused; its end does no harm."""
         scene = lit_scene(softshadow)
@@ -124,7 +125,7 @@ class Life(unittest.TestCase):
         self.assertEqual(os.waitpid(pid, 0)[1], 0)
         self.assertEqual(bits(scene.visibility(GROUND)), wanted)
 
-    @unittest.skipIf(package.SANITIZERS, "a thread that Python ends by force is unknown to a sanitizer")
+    @unittest.skipIf(package.SANITIZERS, "it does not know of threads that Python ends by force")
     def test_end_of_the_interpreter(self):
         """Scenes that are still there, and a thread still asking, do not disturb the end."""
         code = ASK + """
