@@ -14,7 +14,7 @@
 #include "output.h"
 #include "scene.h"
 
-enum { MATRIX_TEXT = 16 * 26, NAME = 160, PATH_ROOM = 4096 };
+enum { NUMBERS = 3, NUMBERS_TEXT = 16 * 26, NAME = 160, PATH_ROOM = 4096 };
 
 typedef struct request {
     cli_build_options build;
@@ -39,7 +39,7 @@ typedef struct sheet {
     image_plane *channels;
     char (*names)[NAME];
     float *values; /* of all channels, rows turned: an image begins at the top, a map at the bottom */
-    char (*matrices)[2][MATRIX_TEXT]; /* attribute, numbers; of each plane */
+    char (*numbers)[NUMBERS][2][NUMBERS_TEXT]; /* attribute, numbers; of each face */
     const char **metadata;
     image_picture picture;
 } sheet;
@@ -62,7 +62,9 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *count,
             "Writes the planes that a map method builds, as 32-bit floats. A channel is named after\n"
             "its plane and what it holds: depth, penumbra-limit.c; with several lights or faces of a\n"
             "cube light1.face2.depth. The attribute softshadow.matrix (with the same prefix) has 16\n"
-            "numbers, row by row: from the scene to clip space, y up. Depths of 1e30 hold nothing.",
+            "numbers, row by row: from the scene to clip space, y up. A depth of 1e30 holds nothing;\n"
+            "others compare with d0 + d1 z/w of clip space, softshadow.depth being d0 d1. Positions\n"
+            "(.x .y .z) are o + u times the value, softshadow.origin being ox oy oz u.",
         .table_names = headings,
         .tables = {own, build, run},
         .more = "Example:\n"
@@ -163,14 +165,15 @@ static void sheet_free(sheet *s) {
     free(s->channels);
     free(s->names);
     free(s->values);
-    free(s->matrices);
+    free(s->numbers);
     free(s->metadata);
 }
 
-static void print_matrix(const double m[16], char text[MATRIX_TEXT]) {
+static void print_numbers(const double *number, int count, char text[NUMBERS_TEXT]) {
     int used = 0;
-    for (int i = 0; i < 16; i++)
-        used += snprintf(text + used, (size_t)(MATRIX_TEXT - used), "%s%.17g", i ? " " : "", m[i]);
+    for (int i = 0; i < count; i++)
+        used += snprintf(text + used, (size_t)(NUMBERS_TEXT - used), "%s%.17g", i ? " " : "",
+                         number[i]);
 }
 
 /* Each channel apart, the top row first. */
@@ -189,15 +192,24 @@ static void add_channels(sheet *s, const plane *one) {
     }
 }
 
-/* A plane's matrix under its prefix; planes of one face share theirs. */
-static void add_matrix(sheet *s, const plane *one, uint32_t *used, uint32_t *matrices) {
-    char(*text)[MATRIX_TEXT] = s->matrices[*matrices];
-    snprintf(text[0], MATRIX_TEXT, "softshadow.%smatrix", one->prefix);
-    for (uint32_t i = 0; i < *matrices; i++)
-        if (strcmp(s->matrices[i][0], text[0]) == 0) return;
-    print_matrix(one->map.matrix, text[1]);
-    s->metadata[(*used)++] = text[0], s->metadata[(*used)++] = text[1];
-    (*matrices)++;
+/* A plane's matrix and units under its prefix; planes of one face share theirs. */
+static void add_numbers(sheet *s, const plane *one, uint32_t *used, uint32_t *faces) {
+    static const char *const name[NUMBERS] = {"matrix", "depth", "origin"};
+    const softshadow_map *map = &one->map;
+    const double origin[4] = {map->origin[0], map->origin[1], map->origin[2], map->unit};
+    const double *const value[NUMBERS] = {map->matrix, map->depth, origin};
+    const int count[NUMBERS] = {16, 2, 4};
+    char(*text)[2][NUMBERS_TEXT] = s->numbers[*faces];
+    for (int k = 0; k < NUMBERS; k++) {
+        snprintf(text[k][0], NUMBERS_TEXT, "softshadow.%s%s", one->prefix, name[k]);
+        print_numbers(value[k], count[k], text[k][1]);
+    }
+    for (uint32_t i = 0; i < *faces; i++)
+        if (strcmp(s->numbers[i][0][0], text[0][0]) == 0) return;
+    for (int k = 0; k < NUMBERS; k++) {
+        s->metadata[(*used)++] = text[k][0], s->metadata[(*used)++] = text[k][1];
+    }
+    (*faces)++;
 }
 
 static bool sheet_room(sheet *s, uint32_t count, size_t channels, size_t pixels) {
@@ -206,9 +218,9 @@ static bool sheet_room(sheet *s, uint32_t count, size_t channels, size_t pixels)
     s->values = pixels <= SIZE_MAX / sizeof(float) / channels
                     ? malloc(pixels * channels * sizeof *s->values)
                     : NULL;
-    s->matrices = calloc(count, sizeof *s->matrices);
-    s->metadata = calloc(2 * (size_t)count + 5, sizeof *s->metadata);
-    return s->channels && s->names && s->values && s->matrices && s->metadata;
+    s->numbers = calloc(count, sizeof *s->numbers);
+    s->metadata = calloc(2 * NUMBERS * (size_t)count + 5, sizeof *s->metadata);
+    return s->channels && s->names && s->values && s->numbers && s->metadata;
 }
 
 /* `count` planes from `list` on as one image. */
@@ -228,7 +240,7 @@ static bool sheet_make(sheet *s, const plane *list, uint32_t count, const char *
                         channels, IMAGE_MAX_CHANNELS);
     if (!sheet_room(s, count, channels, (size_t)first->width * first->height))
         return cli_fail(error, CLI_FAILED, "memory ran out");
-    uint32_t used = 0, matrices = 0;
+    uint32_t used = 0, faces = 0;
     snprintf(software, sizeof software, "softshadow %s", softshadow_version_string());
     s->metadata[used++] = "Software", s->metadata[used++] = software;
     s->metadata[used++] = "softshadow.method", s->metadata[used++] = method;
@@ -238,9 +250,9 @@ static bool sheet_make(sheet *s, const plane *list, uint32_t count, const char *
                                  .metadata = s->metadata};
     for (uint32_t i = 0; i < count; i++) {
         add_channels(s, &list[i]);
-        add_matrix(s, &list[i], &used, &matrices);
+        add_numbers(s, &list[i], &used, &faces);
     }
-    if (matrices == 1) s->picture.world_to_ndc = first->matrix;
+    if (faces == 1) s->picture.world_to_ndc = first->matrix;
     return true;
 }
 

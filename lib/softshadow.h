@@ -267,8 +267,9 @@ typedef struct softshadow_stats {
                                                 back; of queries the sum over threads */
 } softshadow_stats;
 
-/* One plane of what was built, to look at or to use on a GPU. Valid until the next build. Depths of
- * 1e30 say that a texel holds nothing. */
+/* One plane of what was built, to look at or to use on a GPU. Valid until the next build. A depth of
+ * 1e30 says that a texel holds nothing; others compare with depth[0] + depth[1] z / w of a point in
+ * clip space, which is greater where the plane's depth shadows it. */
 typedef struct softshadow_map {
     uint32_t struct_size;
     const char *name;
@@ -277,6 +278,8 @@ typedef struct softshadow_map {
     double matrix[16]; /* row-major: world to clip space of the plane */
     const char *channel_names; /* "c,g,b,q": what each channel holds; NULL: it says so itself */
     uint32_t light, face; /* whose it is; around a light inside the scene there are faces 0, 1, ... */
+    double depth[2];      /* from z / w in clip space, -1..1, to the unit of the plane's depths */
+    double origin[3], unit; /* of channels .x .y .z: world = origin + value * unit */
 } softshadow_map;
 
 typedef struct softshadow_method {

@@ -434,6 +434,11 @@ bool ss_frame_mirrored(const ss_frame *frame) {
     return ss_dot(across, frame->z) > 0;
 }
 
+void ss_frame_depth(const ss_frame *frame, double depth[2]) {
+    depth[0] = (frame->far_h + frame->near_h) / 2;
+    depth[1] = fmax((frame->far_h - frame->near_h) / 2, 0x1p-40);
+}
+
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]) {
     /* local = host * scale - shift; homogeneous (X w, Y w, h w, w) is linear in local coordinates.
@@ -449,10 +454,10 @@ void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t reso
     }
     for (int k = 0; k < 4; k++) rows[3][k] = rows[2][k] * frame->inverse + (k == 3);
     const double half = frame->texel * resolution / 2;
-    const double depth = fmax((frame->far_h - frame->near_h) / 2, 0x1p-40);
-    const double middle[3] = {frame->low[0] + half, frame->low[1] + half,
-                              (frame->far_h + frame->near_h) / 2};
-    const double size[3] = {half, half, depth};
+    double depth[2];
+    ss_frame_depth(frame, depth);
+    const double middle[3] = {frame->low[0] + half, frame->low[1] + half, depth[0]};
+    const double size[3] = {half, half, depth[1]};
     for (int r = 0; r < 4; r++) {
         for (int k = 0; k < 4; k++) {
             matrix[4 * r + k] =

@@ -89,8 +89,9 @@ static inline double ss_frame_step(const ss_frame *frame, double h, double lengt
     return length * s * s;
 }
 
-/* Row-major: host coordinates to clip space, x and y in -1..1 across the map, z/w = 1 - 2 / (1 + t)
- * rising with h from near_h (-1) to far_h (1). */
+/* Row-major: host coordinates to clip space, x and y in -1..1 across the map, z/w linear in h, from
+ * near_h (-1) to far_h (1): h = depth[0] + depth[1] z/w. */
+void ss_frame_depth(const ss_frame *frame, double depth[2]);
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]);
 

@@ -135,6 +135,9 @@ void ss_light_maps_get(const void *state, uint32_t index, softshadow_map *map) {
     map->face = face;
     map->pixels = second ? maps->plane + first * maps->channels : maps->depth + first;
     ss_frame_matrix(&maps->frames.face[face], maps->world, n, map->matrix);
+    ss_frame_depth(&maps->frames.face[face], map->depth);
+    map->unit = 1 / maps->world->scale;
+    for (int k = 0; k < 3; k++) map->origin[k] = maps->world->low[k] + maps->world->half[k];
 }
 
 uint64_t ss_light_maps_silhouettes(const void *state) {

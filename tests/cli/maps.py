@@ -44,6 +44,36 @@ class Maps(Case):
         self.assertIn(b"%d channel" % channels, done.stderr)
         return done.stdout
 
+    @staticmethod
+    def clip_depth(matrix, place):
+        z, w = (sum(matrix[4 * r + k] * (place + (1,))[k] for k in range(4)) for r in (2, 3))
+        return z / w
+
+    @unittest.skipUnless(shutil.which("oiiotool"), "no oiiotool")
+    def test_positions(self):
+        """The edges that penumbra-volume keeps are those of the triangle."""
+        path = self.path("m.exr")
+        half = self.put("half.obj", "v 99.5 -0.5 1\nv 100.5 -0.5 1\nv 99.5 0.5 1\nf 1 2 3\n")
+        self.written(self.maps("--bounds", "99,-1,0,101,1,0.5", "-o", path, mesh=half,
+                               light=("sphere:100,0,3,0.3",), method="penumbra-volume"), 9)
+        about = tool("--info", "-v", path)
+        channels = re.search(r"channel list: (.*)", about).group(1).split(", ")
+        *origin, unit = (float(n) for n in
+                         re.search(r'softshadow.origin: "(.*)"', about).group(1).split())
+        corners = {(99.5, -.5, 1), (100.5, -.5, 1), (99.5, .5, 1)}
+        seen = whole = 0
+        for texel in re.findall(r"Pixel \(\d+, \d+\): (.*)", tool("--dumpdata", path, "--echo", "")):
+            value = dict(zip(channels, map(float, texel.split())))
+            if value["penumbra-volume.begin"] > 1e20:
+                continue
+            seen += 1
+            ends = [tuple(round(origin[k] + unit * value["penumbra-volume.%s.%s" % (end, "xyz"[k])], 5)
+                          for k in range(3)) for end in ("from", "to")]
+            self.assertIn(ends[0], corners)
+            whole += ends[1] in corners  # else at a corner, where a line through it cuts the light
+        self.assertGreater(seen, 100)
+        self.assertGreater(whole, .9 * seen)
+
     @unittest.skipUnless(shutil.which("oiiotool"), "no oiiotool")
     def test_channels(self):
         path = self.path("m.exr")
@@ -53,8 +83,10 @@ class Maps(Case):
         self.assertIn("%d x   %d, 5 channel, float openexr" % (SIDE, SIDE), about)
         channels = re.search(r"channel list: (.*)", about).group(1).split(", ")
         self.assertEqual(set(channels), {"depth"} | {"penumbra-limit." + c for c in "cgbq"})
-        numbers = re.search(r'softshadow.matrix: "(.*)"', about).group(1)
-        matrix = [float(n) for n in numbers.split()]
+        matrix, unit, origin = (
+            [float(n) for n in re.search(r'softshadow.%s: "(.*)"' % name, about).group(1).split()]
+            for name in ("matrix", "depth", "origin"))
+        self.assertEqual((len(matrix), len(unit), len(origin)), (16, 2, 4))
         ndc = [float(n) for n in re.search(r"worldToNDC: (.*)", about).group(1).split(", ")]
         for i in range(16):  # rows of one are columns of the other, printed with six digits
             self.assertAlmostEqual(ndc[i], matrix[i % 4 * 4 + i // 4], delta=1e-5)
@@ -72,6 +104,11 @@ class Maps(Case):
             x = int((clip[0] / clip[3] + 1) / 2 * SIDE)
             y = int((1 - clip[1] / clip[3]) / 2 * SIDE)
             self.assertEqual(texels[x, y][depth] < 1e20, held, (place, x, y))
+            if held:  # a point above the triangle is before what the texel holds, one below behind it
+                h = [unit[0] + unit[1] * self.clip_depth(matrix, place[:2] + (z,))
+                     for z in (1.01, 0.99)]
+                self.assertLess(h[0], texels[x, y][depth])
+                self.assertLess(texels[x, y][depth], h[1])
         # Somewhere a penumbra begins, and somewhere there is none.
         at = sorted(t[corner] for t in texels.values())
         self.assertLess(at[0], 1e20)

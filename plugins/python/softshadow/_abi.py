@@ -97,7 +97,8 @@ class softshadow_map(Structure):
     _fields_ = [("struct_size", c_uint32), ("name", c_char_p), ("width", c_uint32),
                 ("height", c_uint32), ("channels", c_uint32), ("pixels", c_void_p),
                 ("matrix", c_double * 16), ("channel_names", c_char_p), ("light", c_uint32),
-                ("face", c_uint32)]
+                ("face", c_uint32), ("depth", c_double * 2), ("origin", c_double * 3),
+                ("unit", c_double)]
 
 
 class softshadow_method(Structure):

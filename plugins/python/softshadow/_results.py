@@ -70,6 +70,8 @@ class Map:
     matrix  16 numbers, row-major: world to clip space of the plane
     channel_names  what each channel holds; empty where the name says so itself
     light, face    whose it is; around a light inside the scene there are faces 0, 1, ...
+    depth          depths in pixels are depth[0] + depth[1] * z / w of clip space; 1e30: nothing there
+    origin, unit   of channels that end in .x .y .z: world = origin + value * unit
     """
 
     name: str
@@ -81,6 +83,9 @@ class Map:
     channel_names: Tuple[str, ...] = ()
     light: int = 0
     face: int = 0
+    depth: Tuple[float, float] = (0.0, 1.0)
+    origin: Tuple[float, float, float] = (0.0, 0.0, 0.0)
+    unit: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -419,7 +419,8 @@ class Scene:
             names = _abi.text(plane.channel_names) if plane.channel_names else ""
             return _results.Map(_abi.text(plane.name), plane.width, plane.height, plane.channels,
                                 pixels, tuple(plane.matrix), tuple(names.split(",") if names else ()),
-                                plane.light, plane.face)
+                                plane.light, plane.face, tuple(plane.depth), tuple(plane.origin),
+                                plane.unit)
 
     def mesh_info(self, mesh_id: int) -> _results.MeshReport:
         """Counts what a mesh is made of; works before any build."""

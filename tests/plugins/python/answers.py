@@ -7,6 +7,7 @@ import re
 import subprocess
 import threading
 import unittest
+from array import array
 
 import package
 import softshadow
@@ -238,6 +239,13 @@ class Answers(unittest.TestCase):
                     count = plane.width * plane.height * plane.channels
                     self.assertEqual(len(bits(plane.pixels)), 4 * count, plane.name)
                     self.assertEqual(len(plane.matrix), 16)
+                    # The square at z = 1 is what the texel in the middle holds.
+                    held = array("f", bits(plane.pixels))[(32 * 64 + 32) * plane.channels]
+                    z, w = (plane.matrix[4 * r + 2] + plane.matrix[4 * r + 3] for r in (2, 3))
+                    if plane.name == "depth" and plane.width == 64:
+                        self.assertAlmostEqual(plane.depth[0] + plane.depth[1] * z / w, held, 1)
+                    self.assertGreater(plane.unit, 0)
+                    self.assertEqual(len(plane.origin), 3)
                     self.assertTrue(plane.name and count)
                 maps = scene.maps()
                 before = [bits(plane.pixels) for plane in maps]
