@@ -17,7 +17,7 @@ static const struct command {
     {"maps", cli_maps, "the planes that a map method builds, as an EXR to look at"},
     {"explain", cli_explain, "which triangles hide the light from one point"},
     {"povray", cli_povray, "a scene for POV-Ray with soft shadows; positions out of its images"},
-    {"bench", cli_bench, "run time at equal error, against rays by Embree"},
+    {"bench", cli_bench, "run time against error of every method, and of Embree"},
     {"methods", cli_methods, "the methods there are, and which lights each supports"},
     {"info", cli_info, "what meshes are made of: bounds, closed or open, silhouette edges"},
 };

@@ -84,6 +84,9 @@ typedef struct scene_entry {
     scene_camera camera;
 } scene_entry;
 
+/* Four bumpy icospheres, 80 * 4^levels triangles: the entries' spheres have 5 and 7 levels. */
+void scene_spheres(scene_mesh *mesh, unsigned levels);
+
 /* One skewed triangle, 2k and 20k leaves, displaced icospheres of 80k and 1.3M triangles. */
 extern const scene_entry scene_entries[];
 extern const size_t scene_entry_count;

@@ -11,14 +11,14 @@ static void make_triangle(scene_mesh *mesh) {
 static void make_leaves_2k(scene_mesh *mesh) { scene_leaves(mesh, 1000, 1); }
 static void make_leaves_20k(scene_mesh *mesh) { scene_leaves(mesh, 10000, 2); }
 
-static void make_spheres(scene_mesh *mesh, unsigned levels) {
+void scene_spheres(scene_mesh *mesh, unsigned levels) {
     static const double centre[4][3] = {
         {-0.55, -0.5, 0.55}, {0.6, -0.35, 0.7}, {0.05, 0.6, 0.6}, {0.0, 0.0, 1.55}};
     for (int i = 0; i < 4; i++) scene_icosphere(mesh, centre[i], i == 3 ? 0.4 : 0.5, levels, 0.12);
 }
 
-static void make_spheres_100k(scene_mesh *mesh) { make_spheres(mesh, 5); }
-static void make_spheres_1m(scene_mesh *mesh) { make_spheres(mesh, 7); }
+static void make_spheres_100k(scene_mesh *mesh) { scene_spheres(mesh, 5); }
+static void make_spheres_1m(scene_mesh *mesh) { scene_spheres(mesh, 7); }
 
 /* From 2.4 radii away, looking a little below the centre: casters and shadow fill the picture. */
 #define CAMERA(x, y, z, r)                                                                         \

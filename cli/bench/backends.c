@@ -9,6 +9,7 @@
 
 #include "../output.h"
 #include "clock.h"
+#include "report.h"
 #include <softshadow.h>
 
 enum { MOST_REPEATS = 31 };
@@ -143,17 +144,6 @@ static bool find_device(char name[128], cli_error *error) {
     return true;
 }
 
-static bool save(const cli_text *text, const char *path, cli_error *error) {
-    cli_output output = {.fd = -1};
-    const bool fine = !text->failed
-                          ? cli_output_open(&output, path, error) &&
-                                cli_output_write(&output, text->begin, text->length, error) &&
-                                cli_output_commit(&output, error)
-                          : cli_fail(error, CLI_FAILED, "memory ran out");
-    cli_output_abandon(&output);
-    return fine;
-}
-
 bool bench_backends(const bench_cell *cell, const bench_options *options, const char *path,
                     cli_text *times, cli_error *error) {
     duel d = {.cell = cell, .options = options, .error = error};
@@ -170,7 +160,7 @@ bool bench_backends(const bench_cell *cell, const bench_options *options, const 
            cell->scene->name, cell->light_name, cell->points.count, device);
     bool fine = d.answers[0] && d.answers[1] ? open_scene(&d)
                                              : cli_fail(error, CLI_FAILED, "memory ran out");
-    fine = fine && all_methods(&d, device, times) && (!path || save(times, path, error));
+    fine = fine && all_methods(&d, device, times) && (!path || report_save(times, path, error));
     softshadow_destroy(d.handle);
     for (int i = 0; i < 2; i++) free(d.answers[i]);
     return fine;

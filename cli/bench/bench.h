@@ -6,7 +6,7 @@
 #include "peer.h"
 #include "scenes.h"
 
-enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9, BENCH_METHODS = 32, BENCH_REPEATS = 32 };
+enum { BENCH_TOLERANCES = 8, BENCH_COUNTS = 9, BENCH_REPEATS = 32 };
 
 typedef struct bench_options {
     double tolerances[BENCH_TOLERANCES];
@@ -16,16 +16,17 @@ typedef struct bench_options {
     uint32_t side;         /* of the camera's picture, in pixels */
     uint32_t truth_points; /* of those asked, that the truth is known for */
     uint32_t truth_samples;
-    bool peer, primitives, automatic;
-    bool methods; /* every other method, too, with its defaults */
+    bool primitives, automatic;
     uint32_t rays; /* a point, for bench_rays(); 0: the rest of the bench */
+    bool quick;
 } bench_options;
 
 /* One way to ask, measured. Errors are root mean squares against the truth. */
 typedef struct bench_way {
     char name[24];  /* "exact 512" */
     double seconds; /* a point */
-    double penumbra_rms, rms, max;
+    double penumbra_rms, rms, max, p99, bias;
+    double same; /* share of points that no 8-bit picture tells from the truth: within 1/512 */
 } bench_way;
 
 /* A scene, a light, a set of points. */
@@ -54,8 +55,7 @@ typedef struct bench_result {
     double penumbra, lit; /* shares of the truth's points */
     double truth_error;   /* of the truth itself, from its two halves, over penumbrae */
     bench_way ours[BENCH_COUNTS], fixed[BENCH_COUNTS], rim[BENCH_COUNTS];
-    bench_way methods[BENCH_METHODS];
-    uint32_t ours_count, fixed_count, rim_count, method_count;
+    uint32_t ours_count, fixed_count, rim_count;
     peer_style style; /* flag and order that were faster */
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build; /* seconds, the first time */
@@ -70,6 +70,7 @@ typedef struct bench_truth {
     uint32_t *index; /* into the cell's points */
     float (*at)[3];
     float *value;
+    double *apart; /* room for the errors of a way */
     size_t count, penumbrae;
     double error;
     bool brute; /* found in double, without Embree */

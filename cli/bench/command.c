@@ -15,22 +15,28 @@
 #include "bench.h"
 #include "figure10.h"
 #include "maps.h"
+#include "matrix.h"
 #include "report.h"
 
-enum { SCENES = 32 };
+enum { SCENES = 32, SWEEPS = 8, EVERYWHERE = 2 /* of the choices of --backend */ };
 
 typedef struct request {
     bench_options options;
     size_t scenes[SCENES];
     size_t scene_count;
-    const char *csv, *times, *models, *figure10;
+    const char *csv, *json, *times, *models, *figure10;
     softshadow_light light;
-    bool light_given, quick, calibrate, figure10_given, maps;
+    bool light_given, calibrate, figure10_given, maps;
     bool small, medium, object; /* lights */
     bool camera, scattered;
     uint32_t backend;
     cli_text backend_times, map_rows;
     report report;
+    const char *sweeps[SWEEPS];
+    size_t sweep_count;
+    bool peer;
+    matrix_request matrix;
+    rows rows;
 } request;
 
 /* ---- Options --------------------------------------------------------------------------------*/
@@ -118,7 +124,37 @@ static bool take_light(void *into, const char *value, cli_error *error) {
     return cli_light_parse(value, &r->light, error);
 }
 
+static bool take_method(request *r, const char *name, size_t length, cli_error *error) {
+    return matrix_choose(&r->matrix, name, length, error);
+}
+
+static bool take_methods(void *into, const char *value, cli_error *error) {
+    return take_list(into, value, take_method, error);
+}
+
+static bool take_sweep(request *r, const char *name, size_t length, cli_error *error) {
+    cli_shown shown;
+    for (size_t i = 0; sweep_names[i] && r->sweep_count < SWEEPS; i++) {
+        if (strlen(sweep_names[i]) != length || memcmp(sweep_names[i], name, length) != 0) continue;
+        r->sweeps[r->sweep_count++] = sweep_names[i];
+        return true;
+    }
+    return cli_fail(error, CLI_USAGE, "--sweep %s: is none of those that --help lists",
+                    cli_show(&shown, name, length));
+}
+
+static bool take_sweeps(void *into, const char *value, cli_error *error) {
+    return take_list(into, value, take_sweep, error);
+}
+
 /* ---- Work -----------------------------------------------------------------------------------*/
+
+/* A GPU has threads of its own. */
+static bool wants_one_processor(const request *r) {
+    for (size_t i = 0; i < r->sweep_count; i++)
+        if (strcmp(r->sweeps[i], "threads") == 0) return false;
+    return r->options.threads == 1 && r->backend == SOFTSHADOW_CPU;
+}
 
 /* To one processor, the last: the first is the system's favourite. */
 static void pin(void) {
@@ -131,6 +167,16 @@ static void pin(void) {
         sched_setaffinity(0, sizeof one, &one);
         return;
     }
+}
+
+static bool matrix_cell_of(request *r, const bench_cell *cell, cli_error *error) {
+    matrix_cell *m = malloc(sizeof *m);
+    if (!m) return cli_fail(error, CLI_FAILED, "memory ran out");
+    m->sweep = "", m->value = 0;
+    const bool fine = matrix_measure(m, cell, &r->options, &r->matrix, error) &&
+                      rows_add(&r->rows, m, error);
+    free(m);
+    return fine;
 }
 
 static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
@@ -147,8 +193,10 @@ static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
     if (r->options.rays) return bench_rays(cell, &r->options, error);
     if (r->backend == SOFTSHADOW_EGL)
         return bench_backends(cell, &r->options, r->times, &r->backend_times, error);
-    return bench_measure(cell, &r->options, &result, error) &&
-           report_cell(&r->report, cell, &r->options, &result, error);
+    if (r->peer)
+        return bench_measure(cell, &r->options, &result, error) &&
+               report_cell(&r->report, cell, &r->options, &result, error);
+    return matrix_cell_of(r, cell, error);
 }
 
 static bool some_lights(request *r, bench_cell *cell, cli_error *error) {
@@ -173,22 +221,21 @@ static bool some_lights(request *r, bench_cell *cell, cli_error *error) {
 }
 
 static bool one_scene(request *r, const bench_scene *scene, cli_error *error) {
-    peer *caster;
     bool fine = true;
+    if (r->sweep_count) {
+        for (size_t i = 0; fine && i < r->sweep_count; i++)
+            fine = sweep_run(r->sweeps[i], scene, &r->options, &r->matrix, &r->rows, error);
+        return fine;
+    }
     for (int i = 0; i < 2 && fine; i++) {
         bench_cell cell = {.scene = scene, .points_name = i ? "scattered" : "camera"};
-        if (i ? !r->scattered || r->calibrate : !r->camera) continue;
+        if (i ? !r->scattered || r->calibrate || r->matrix.pictures : !r->camera) continue;
         const uint32_t side = r->options.side;
-        if (i == 0) {
-            if (!peer_create(&caster, &scene->mesh, true, error)) return false;
-            fine = bench_points_camera(&cell.points, scene, caster, side);
-            peer_destroy(caster);
-        } else {
-            const size_t count = side == 512 ? 250000 : (size_t)side * side;
-            fine = bench_points_scattered(&cell.points, scene, count);
-        }
-        if (!fine) return cli_fail(error, CLI_FAILED, "%s: no points", scene->name);
-        fine = some_lights(r, &cell, error);
+        const size_t count = side == 512 ? 250000 : (size_t)side * side;
+        fine = i ? bench_points_scattered(&cell.points, scene, count) ||
+                       cli_fail(error, CLI_FAILED, "memory ran out")
+                 : bench_points_camera(&cell.points, scene, side, error);
+        fine = fine && some_lights(r, &cell, error);
         bench_points_free(&cell.points);
     }
     return fine;
@@ -206,7 +253,7 @@ static bool all_scenes(request *r, char *const *files, int count, cli_error *err
     bench_scene scene;
     char models[512];
     if (!r->models && default_models(models)) r->models = models;
-    if (!report_open(&r->report, &r->options, r->maps ? NULL : r->csv, r->times, error))
+    if (!report_open(&r->report, &r->options, r->peer ? r->csv : NULL, r->peer ? r->times : NULL, error))
         return false;
     bool fine = true;
     if (count) {
@@ -223,51 +270,77 @@ static bool all_scenes(request *r, char *const *files, int count, cli_error *err
         }
         bench_scene_free(&scene);
     }
+    if (fine) rows_conclude(&r->rows);
+    rows_free(&r->rows);
     report_close(&r->report);
     cli_text_free(&r->map_rows);
     return fine;
 }
 
+/* The matrix, unless one of the other benches is asked for. */
+static bool is_matrix(const request *r) {
+    return !r->peer && !r->maps && !r->calibrate && !r->options.rays &&
+           r->backend != SOFTSHADOW_EGL;
+}
+
+static void complete_scenes(request *r, int files) {
+    cli_error none;
+    if (files || r->scene_count) return;
+    if (r->maps) take_scenes(r, "bunny,dragon-48k,leaves-2k", &none);
+    else if (r->sweep_count) take_scenes(r, "bunny", &none);
+    else if (r->options.quick) take_scenes(r, "triangle,leaves-2k,bunny,dragon-202k", &none);
+    for (size_t i = 0; !r->scene_count && i < bench_scene_count(); i++) r->scenes[i] = i;
+    if (!r->scene_count) r->scene_count = bench_scene_count();
+}
+
 /* What was not asked for. */
 static void complete(request *r, int files) {
     bench_options *o = &r->options;
+    matrix_request *m = &r->matrix;
     cli_error none;
     if (!o->tolerance_count) take_tolerances(r, "1/64,1/256,1/1024", &none);
     if (r->maps && !r->small && !r->medium && !r->object) r->small = r->medium = r->object = true;
-    if (r->maps && !files && !r->scene_count) take_scenes(r, "bunny,dragon-48k,leaves-2k", &none);
     if (!r->small && !r->medium && !r->object) r->medium = r->object = true;
     if (!r->camera && !r->scattered) r->camera = true;
-    if (!files && !r->scene_count) {
-        if (r->quick) take_scenes(r, "triangle,leaves-2k,bunny,dragon-202k", &none);
-        for (size_t i = 0; !r->quick && i < bench_scene_count(); i++)
-            r->scenes[r->scene_count++] = i;
-    }
-    if (r->quick && o->repeat == 0) o->repeat = 1;
-    if (o->repeat == 0) o->repeat = 3;
+    complete_scenes(r, files);
+    if (o->repeat == 0) o->repeat = o->quick && !is_matrix(r) ? 1 : 3;
     o->automatic = true;
+    if (m->pictures) o->truth_points = UINT32_MAX, m->one_setting = true;
+    if (!o->side) o->side = m->pictures ? 192 : o->quick && is_matrix(r) ? 256 : 512;
+    if (!o->truth_points) o->truth_points = r->sweep_count ? 1024 : o->quick && is_matrix(r) ? 2048 : 4096;
+    if (!o->truth_samples) o->truth_samples = m->pictures ? 2048 : 16384;
+    if (!m->methods && !m->peer) m->methods = UINT64_MAX, m->peer = true;
+    m->egl = r->backend == EVERYWHERE;
+    r->rows.csv_path = r->csv, r->rows.json_path = r->json;
 }
 
 int cli_bench(int argc, char **argv) {
-    request r = {.options = {.threads = 1, .side = 512, .truth_points = 4096, .truth_samples = 16384}};
-    static const char *const backends[] = {"cpu", "egl", NULL};
+    request r = {.options = {.threads = 1}};
+    static const char *const backends[] = {"cpu", "egl", "all", NULL};
     bench_options *o = &r.options;
     char about[1024];
     snprintf(about, sizeof about,
-             "Time a point at equal error: the library against rays, on meshes or on its own scenes:\n"
+             "Run time against error: every method at every setting, and Embree as an expert uses it, on\n"
+             "the same points of meshes or of its own scenes:\n"
              "%s.\n"
-             "Errors are root mean squares over points in penumbra against 16384 rays of another\n"
-             "sequence; times are processor times of one thread. L is\n" CLI_LIGHT_FORMS ".",
+             "Errors are measured against 16384 rays of another sequence, whose own error is told; times\n"
+             "are processor times of one thread. L is\n" CLI_LIGHT_FORMS ".",
              bench_scene_names());
     const cli_option own[] = {
-        {.name = "peer", .kind = CLI_FLAG, .into = &o->peer,
-         .help = "run Embree on the same points in turns, and print ratios of time"},
-        {.name = "methods", .kind = CLI_FLAG, .into = &o->methods,
-         .help = "time every other method, too, with its defaults"},
+        {.name = "methods", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_methods,
+         .help = "of what 'softshadow methods' lists, and peer (all)"},
+        {.name = "sweep", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_sweeps,
+         .help = "instead: how all grows with triangles, points, light,\n"
+                 "threads, resolution"},
+        {.name = "pictures", .kind = CLI_TEXT, .argument = "DIR", .into = &r.matrix.pictures,
+         .help = "pictures of each method's errors, too, at its usual setting"},
+        {.name = "peer", .kind = CLI_FLAG, .into = &r.peer,
+         .help = "only exact and auto against Embree: ratios of time at equal error"},
         {.name = "rays", .kind = CLI_UINT, .argument = "N", .into = &o->rays, .low = 16, .high = 4096,
          .help = "only this: raytrace of N samples against Embree at equal rays"},
         {.name = "backend", .kind = CLI_CHOICE, .argument = "WHERE", .into = &r.backend,
          .choices = backends,
-         .help = "egl: only methods that run on the GPU, there and on the CPU (cpu)"},
+         .help = "all: the GPU, too; egl: only what runs there, and the CPU (cpu)"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
          .help = "some of its own scenes (all)"},
         {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
@@ -277,27 +350,29 @@ int cli_bench(int argc, char **argv) {
         {.name = "points", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_points,
          .help = "of camera, scattered (camera)"},
         {.name = "side", .kind = CLI_UINT, .argument = "N", .into = &o->side, .low = 8, .high = 4096,
-         .help = "the camera's pixels along a side (512)"},
+         .help = "the camera's pixels along a side (512; 192 for pictures)"},
         {.name = "tolerances", .kind = CLI_TAKE, .argument = "LIST", .into = &r,
          .take = take_tolerances, .help = "errors at which times are compared (1/64,1/256,1/1024)"},
         {.name = "primitives", .kind = CLI_FLAG, .into = &o->primitives,
-         .help = "ask on the surface itself, and tell what each point lies on"},
+         .help = "with --peer: ask on the surface, tell what each point lies on"},
         {.name = "repeat", .kind = CLI_UINT, .argument = "N", .into = &o->repeat, .low = 1,
          .high = 31, .help = "timings of each side, in turns; medians count (3)"},
-        {.name = "quick", .kind = CLI_FLAG, .into = &r.quick,
-         .help = "four scenes, one timing each"},
+        {.name = "quick", .kind = CLI_FLAG, .into = &o->quick,
+         .help = "four scenes, fewer points and settings"},
         {.name = "threads", .kind = CLI_UINT, .argument = "N", .into = &o->threads, .low = 1,
          .high = 1024, .help = "of the library; with 1 all is pinned to one processor (1)"},
         {.name = "truth-points", .kind = CLI_UINT, .argument = "N", .into = &o->truth_points,
-         .low = 16, .high = 1 << 22, .help = "points that errors are measured on (4096)"},
+         .low = 16, .high = 1 << 22, .help = "points that errors are measured on (4096; all for pictures)"},
         {.name = "truth-samples", .kind = CLI_UINT, .argument = "N", .into = &o->truth_samples,
-         .low = 128, .high = 1 << 22, .help = "of each of them (16384)"},
+         .low = 128, .high = 1 << 22, .help = "of each of them (16384; 2048 for pictures)"},
         {.name = "models", .kind = CLI_TEXT, .argument = "DIR", .into = &r.models,
          .help = "what examples/fetch-models got (~/.cache/softshadow/models)"},
         {.name = "csv", .kind = CLI_TEXT, .argument = "FILE", .into = &r.csv,
-         .help = "ratios and errors, which others can check"},
+         .help = "the table; of --peer ratios and errors, which others can check"},
+        {.name = "json", .kind = CLI_TEXT, .argument = "FILE", .into = &r.json,
+         .help = "the same as a list of objects"},
         {.name = "times", .kind = CLI_TEXT, .argument = "FILE", .into = &r.times,
-         .help = "times too, which hold for this machine only"},
+         .help = "of --peer, --backend egl: times, true on this machine only"},
         {.name = "figure10", .kind = CLI_TEXT, .argument = "DIR", .into = &r.figure10,
          .optional = true, .given = &r.figure10_given,
          .help = "only Lawlor's table of map methods beside the paper's numbers; it\n"
@@ -309,10 +384,12 @@ int cli_bench(int argc, char **argv) {
          .help = "find the medium light: a quarter of the points in penumbra"},
         {0}};
     const cli_command command = {
-        .name = "bench", .usage = "[MESH... [--light L]] [--peer]",
+        .name = "bench", .usage = "[MESH... [--light L]] [--csv FILE]",
         .about = about,
         .tables = {own},
-        .more = "  softshadow bench --peer --scenes bunny --lights medium\n"};
+        .more = "  softshadow bench --scenes bunny --lights medium --csv bunny.csv\n"
+                "  softshadow bench --scenes bunny --methods auto,exact,raytrace,peer\n"
+                "  softshadow bench --peer --scenes bunny --lights medium\n"};
     char **files;
     int count, status;
     cli_error error;
@@ -327,7 +404,11 @@ int cli_bench(int argc, char **argv) {
         return cli_options_flush("bench");
     }
     complete(&r, count);
-    if (o->threads == 1 && r.backend == SOFTSHADOW_CPU) pin(); /* a GPU has threads of its own */
+    if (r.sweep_count && r.scene_count + (count > 0) != 1) {
+        cli_fail(&error, CLI_USAGE, "--sweep: one scene is allowed");
+        return cli_options_complain("bench", &error);
+    }
+    if (wants_one_processor(&r)) pin();
     if (!all_scenes(&r, files, count, &error)) return cli_options_complain("bench", &error);
     return cli_options_flush("bench");
 }

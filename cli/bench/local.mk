@@ -4,10 +4,16 @@ softshadow_SOURCES += \
   %D%/command.c %D%/bench.h %D%/clock.h \
   %D%/brute.c %D%/brute.h \
   %D%/figure10.c %D%/figure10.h tests/figure10.c tests/figure10.h \
+  %D%/front.c \
   %D%/maps.c %D%/maps.h \
+  %D%/matrix.c %D%/matrix.h \
   %D%/measure.c %D%/truth.c \
   %D%/peer.c %D%/peer.h \
+  %D%/pictures.c \
   %D%/rays.c \
   %D%/report.c %D%/report.h \
+  %D%/rows.c \
   %D%/scenes.c %D%/scenes.h \
+  %D%/stretches.c %D%/stretches.h \
+  %D%/sweep.c \
   tests/scenes.c tests/scenes_bench.c tests/scenes.h

@@ -8,6 +8,7 @@
 
 #include "../output.h"
 #include "clock.h"
+#include "report.h"
 
 enum { LEAST_SIDE = 256, MOST_SIDE = 4096, MOST_REPEATS = 31 };
 /* A method that takes longer for the points is not asked for larger maps. */
@@ -28,19 +29,6 @@ typedef struct mapping {
     cli_text *csv;
     cli_error *error;
 } mapping;
-
-/* The receivers are known: their box, widened by what rounding to float moves. */
-static void find_bounds(mapping *m) {
-    const bench_points *points = &m->cell->points;
-    for (int k = 0; k < 3; k++) m->bounds[k] = INFINITY, m->bounds[3 + k] = -INFINITY;
-    for (size_t i = 0; i < points->count; i++) {
-        for (int k = 0; k < 3; k++) {
-            const double at = points->at[i][k], by = 1e-6 * fabs(at);
-            m->bounds[k] = fmin(m->bounds[k], at - by);
-            m->bounds[3 + k] = fmax(m->bounds[3 + k], at + by);
-        }
-    }
-}
 
 static bool fails(mapping *m, const char *method) {
     return cli_fail(m->error, CLI_FAILED, "%s: %s: %s", m->cell->scene->name, method,
@@ -150,20 +138,10 @@ static bool warm_up(mapping *m) {
     return softshadow_build_maps(m->handle, &build) == SOFTSHADOW_OK || fails(m, build.method);
 }
 
-static bool save(const cli_text *text, const char *path, cli_error *error) {
-    cli_output output = {.fd = -1};
-    if (text->failed) return cli_fail(error, CLI_FAILED, "memory ran out");
-    const bool fine = cli_output_open(&output, path, error) &&
-                      cli_output_write(&output, text->begin, text->length, error) &&
-                      cli_output_commit(&output, error);
-    cli_output_abandon(&output);
-    return fine;
-}
-
 bool bench_maps(const bench_cell *cell, const bench_options *options, const char *path,
                 cli_text *csv, cli_error *error) {
     mapping m = {.cell = cell, .options = options, .csv = csv, .error = error};
-    find_bounds(&m);
+    bench_points_box(&cell->points, m.bounds);
     bool fine = bench_truth_find(&m.truth, cell, options, error);
     m.answer = fine ? malloc(m.truth.count * sizeof *m.answer) : NULL;
     if (fine && !m.answer) fine = cli_fail(error, CLI_FAILED, "memory ran out");
@@ -177,7 +155,7 @@ bool bench_maps(const bench_cell *cell, const bench_options *options, const char
     if (!csv->length)
         cli_text_printf(csv, "scene,light,penumbra,method,resolution,rms,max,bias,within,ns_a_point,"
                              "build_ms\n");
-    fine = fine && warm_up(&m) && all_ways(&m) && (!path || save(csv, path, error));
+    fine = fine && warm_up(&m) && all_ways(&m) && (!path || report_save(csv, path, error));
     bench_truth_free(&m.truth);
     softshadow_destroy(m.handle);
     free(m.answer);

@@ -6,11 +6,7 @@
 
 #include "bench.h"
 #include "clock.h"
-
-enum { CHUNK = 128 };
-
-/* What the peer shoots in one timing: enough that a timing takes a few tenths of a second. */
-#define RAYS_A_TIMING 12e6
+#include "stretches.h"
 
 static const uint32_t our_counts[] = {256, 512, 1024, 2048, 4096};
 static const uint32_t peer_counts[] = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
@@ -26,7 +22,7 @@ typedef struct contest {
     bench_truth truth;
     softshadow *handle;
     peer *peer;
-    float (*sorted)[3]; /* the points along the curve, for the peer */
+    bench_stretches stretches; /* for the peer */
     float *visibility, *of_truth;
     cli_error *error;
 } contest;
@@ -105,35 +101,10 @@ static void judge_ours(contest *c, bench_way *way) {
 
 /* ---- The peer -------------------------------------------------------------------------------*/
 
-/* Every so-and-so-many-th stretch of the curve, so that a timing shoots what it should. */
-static size_t thin(const contest *c, float (*into)[3], uint32_t samples) {
-    const size_t n = c->cell->points.count;
-    const double share = RAYS_A_TIMING / ((double)n * samples);
-    const size_t step = share >= 1 ? 1 : (size_t)(1 / share);
-    size_t kept = 0;
-    for (size_t from = 0; from < n; from += CHUNK) {
-        const size_t to = from + CHUNK < n ? from + CHUNK : n;
-        if (from / CHUNK % step) continue;
-        memcpy(into + kept, c->sorted + from, (to - from) * sizeof *into);
-        kept += to - from;
-    }
-    return kept;
-}
-
-static bool time_peer(contest *c, const peer_style *style, uint32_t samples_for_thinning,
-                      double *seconds) {
-    float(*some)[3] = malloc(c->cell->points.count * sizeof *some);
-    peer_samples *samples = peer_samples_create(&c->cell->light, style);
-    const bool fine = some && samples;
-    if (fine) {
-        const size_t n = thin(c, some, samples_for_thinning);
-        const double start = bench_clock();
-        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])some, n, c->visibility);
-        *seconds = (bench_clock() - start) / (double)n;
-    }
-    free(some);
-    peer_samples_free(samples);
-    return fine || cli_fail(c->error, CLI_FAILED, "memory ran out");
+static bool time_peer(contest *c, const peer_style *style, double *seconds) {
+    return bench_peer_time(c->peer, &c->cell->light, style, style->samples, &c->stretches,
+                           seconds) ||
+           cli_fail(c->error, CLI_FAILED, "memory ran out");
 }
 
 static bool judge_peer(contest *c, const peer_style *style, bench_way *way) {
@@ -143,19 +114,6 @@ static bool judge_peer(contest *c, const peer_style *style, bench_way *way) {
                c->of_truth);
     bench_truth_judge(&c->truth, c->of_truth, way);
     peer_samples_free(samples);
-    return true;
-}
-
-/* Which flag and which order of the samples is faster is the scene's to say. */
-static bool choose_style(contest *c) {
-    double best = INFINITY, seconds[3];
-    for (int i = 0; i < 4; i++) {
-        const peer_style style = {.samples = 256, .coherent = i & 1, .clustered = i >> 1};
-        for (int k = 0; k < 3; k++)
-            if (!time_peer(c, &style, 1024, &seconds[k])) return false;
-        const double middle = bench_median(seconds, 3);
-        if (middle < best) best = middle, c->result->style = style;
-    }
     return true;
 }
 
@@ -190,7 +148,7 @@ static bool peer_turn(contest *c, uint32_t i, bool rim, timings *times) {
         snprintf(ways[i].name, sizeof ways[i].name, "%s %u", rim ? "rim" : "fixed", style.samples);
         if (!judge_peer(c, &style, &ways[(*count)++])) return false;
     }
-    return i >= *count || time_peer(c, &style, style.samples, &times->of[times->count++]);
+    return i >= *count || time_peer(c, &style, &times->of[times->count++]);
 }
 
 static bool our_turn(contest *c, const char *method, uint32_t samples, double tolerance,
@@ -225,7 +183,7 @@ static bool all_turns(contest *c) {
                 snprintf(way->name, sizeof way->name, "auto");
                 if (!our_turn(c, "auto", 0, o->tolerances[i], way, &automatic[i])) return false;
             }
-            if (o->peer && (!peer_turn(c, i, false, &fixed[i]) || !peer_turn(c, i, true, &rim[i])))
+            if (!peer_turn(c, i, false, &fixed[i]) || !peer_turn(c, i, true, &rim[i]))
                 return false;
         }
     }
@@ -238,33 +196,6 @@ static bool all_turns(contest *c) {
     for (uint32_t i = 0; o->automatic && i < o->tolerance_count; i++)
         r->at[i].automatic = r->at[i].automatic_way.seconds =
             bench_median(automatic[i].of, o->repeat);
-    return true;
-}
-
-/* The others, with their defaults: what their error is depends on the scene, not on a count. A
- * method that cannot do this light is left out. */
-static bool other_methods(contest *c) {
-    bench_result *r = c->result;
-    uint32_t count = 0;
-    softshadow_method_count(&count);
-    for (uint32_t i = 0; i < count && r->method_count < BENCH_METHODS; i++) {
-        softshadow_method method = SOFTSHADOW_METHOD_INIT;
-        softshadow_build wanted = SOFTSHADOW_BUILD_INIT;
-        const softshadow_points points = given_points(c);
-        timings times = {.count = 0};
-        if (softshadow_method_info(i, &method) != SOFTSHADOW_OK) continue;
-        if (strcmp(method.name, "exact") == 0 || strcmp(method.name, "auto") == 0) continue;
-        wanted.method = method.name;
-        const softshadow_status status = softshadow_build_maps(c->handle, &wanted);
-        if (status == SOFTSHADOW_E_UNSUPPORTED) continue;
-        if (status != SOFTSHADOW_OK) return library_fails(c, method.name);
-        bench_way *way = &r->methods[r->method_count++];
-        snprintf(way->name, sizeof way->name, "%s", method.name);
-        for (; times.count < c->options->repeat; times.count++)
-            if (!ask(c, &points, &times.of[times.count])) return false;
-        judge_ours(c, way);
-        way->seconds = bench_median(times.of, times.count);
-    }
     return true;
 }
 
@@ -344,14 +275,13 @@ static bool measure_lit(contest *c) {
     for (size_t i = 0; fine && i < count; i++) memcpy(sorted[i], lit[order[i]], sizeof *lit);
     for (uint32_t turn = 0; fine && count && turn < repeat; turn++) {
         fine = ask(c, &points, &ours[turn]);
-        if (!c->options->peer) continue;
         const double start = bench_clock();
         peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])sorted, count,
                    c->visibility);
         theirs[turn] = (bench_clock() - start) / (double)count;
     }
     if (fine && count) c->result->ours_lit = bench_median(ours, repeat);
-    if (fine && count && c->options->peer) c->result->peer_lit = bench_median(theirs, repeat);
+    if (fine && count) c->result->peer_lit = bench_median(theirs, repeat);
     peer_samples_free(samples);
     free(order);
     free(sorted);
@@ -380,15 +310,10 @@ static bool measure_scaling(contest *c) {
 
 static bool prepare(contest *c) {
     const bench_points *points = &c->cell->points;
-    uint32_t *order = bench_morton((const float(*)[3])points->at, points->count);
-    c->sorted = malloc(points->count * sizeof *c->sorted);
     c->visibility = malloc(points->count * sizeof *c->visibility);
     c->of_truth = malloc(points->count * sizeof *c->of_truth);
-    const bool fine = order && c->sorted && c->visibility && c->of_truth;
-    for (size_t i = 0; fine && i < points->count; i++)
-        memcpy(c->sorted[i], points->at[order[i]], sizeof *c->sorted);
-    free(order);
-    return fine || cli_fail(c->error, CLI_FAILED, "memory ran out");
+    return (bench_stretches_make(&c->stretches, points) && c->visibility && c->of_truth) ||
+           cli_fail(c->error, CLI_FAILED, "memory ran out");
 }
 
 static bool first_build(contest *c) {
@@ -396,10 +321,10 @@ static bool first_build(contest *c) {
     const double start = now(c);
     if (!build(c, c->options->automatic ? "auto" : "exact", 0, 0)) return false;
     c->result->ours_build = now(c) - start;
-    if (!c->options->peer) return true;
     if (!peer_create(&c->peer, &c->cell->scene->mesh, false, c->error)) return false;
     c->result->peer_build = peer_build_seconds(c->peer);
-    return choose_style(c);
+    return bench_peer_choose(c->peer, &c->cell->light, &c->stretches, &c->result->style) ||
+           cli_fail(c->error, CLI_FAILED, "memory ran out");
 }
 
 bool bench_measure(const bench_cell *cell, const bench_options *options, bench_result *result,
@@ -408,13 +333,12 @@ bool bench_measure(const bench_cell *cell, const bench_options *options, bench_r
     *result = (bench_result){0};
     const bool fine = prepare(&c) && bench_truth_find(&c.truth, cell, options, error) &&
                       first_build(&c) && all_turns(&c) && measure_lit(&c) &&
-                      (!options->methods || other_methods(&c)) &&
-                      (options->threads == 1 || measure_scaling(&c));
+                              (options->threads == 1 || measure_scaling(&c));
     if (fine) conclude(&c);
     bench_truth_free(&c.truth);
     softshadow_destroy(c.handle);
     peer_destroy(c.peer);
-    free(c.sorted);
+    bench_stretches_free(&c.stretches);
     free(c.visibility);
     free(c.of_truth);
     return fine;

@@ -6,6 +6,7 @@
 #include <embree3/rtcore.h>
 #include <math.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@
 #define EACH_FUNCTION(X) \
     X(NewDevice) X(ReleaseDevice) X(GetDeviceError) X(NewScene) X(ReleaseScene) X(SetSceneFlags) \
     X(SetSceneBuildQuality) X(CommitScene) X(AttachGeometry) X(NewGeometry) X(ReleaseGeometry) \
+    X(SetDeviceMemoryMonitorFunction) \
     X(SetGeometryBuildQuality) X(SetSharedGeometryBuffer) X(CommitGeometry) X(Occluded16) \
     X(Intersect1)
 /* clang-format on */
@@ -36,6 +38,7 @@ struct peer {
     RTCDevice device;
     RTCScene scene;
     double build_seconds;
+    atomic_int_least64_t bytes;
 };
 
 struct peer_samples {
@@ -62,6 +65,13 @@ static bool load(cli_error *error) {
     return true;
 }
 
+/* Embree tells of every allocation from whichever thread makes it. */
+static bool count_bytes(void *counter, ssize_t bytes, bool after) {
+    (void)after;
+    atomic_fetch_add((atomic_int_least64_t *)counter, bytes);
+    return true;
+}
+
 static void attach(peer *p, const peer_mesh *mesh) {
     const RTCGeometry triangles = rtc.NewGeometry(p->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtc.SetGeometryBuildQuality(triangles, RTC_BUILD_QUALITY_HIGH);
@@ -84,6 +94,7 @@ bool peer_create(peer **out, const peer_mesh *mesh, bool robust, cli_error *erro
         free(p);
         return cli_fail(error, CLI_FAILED, "Embree: no device, error %d", rtc.GetDeviceError(NULL));
     }
+    rtc.SetDeviceMemoryMonitorFunction(p->device, count_bytes, &p->bytes);
     const double start = bench_clock();
     p->scene = rtc.NewScene(p->device);
     rtc.SetSceneBuildQuality(p->scene, RTC_BUILD_QUALITY_HIGH);
@@ -108,6 +119,8 @@ void peer_destroy(peer *p) {
 }
 
 double peer_build_seconds(const peer *p) { return p->build_seconds; }
+
+uint64_t peer_bytes(const peer *p) { return (uint64_t)atomic_load(&p->bytes); }
 
 uint32_t peer_first_hit(const peer *p, const double origin[3], const double direction[3],
                         double *distance) {

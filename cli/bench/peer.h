@@ -36,6 +36,8 @@ bool peer_create(peer **out, const peer_mesh *mesh, bool robust, cli_error *erro
 void peer_destroy(peer *peer); /* NULL is fine */
 /* Seconds of processor time that building took: device and loading apart. */
 double peer_build_seconds(const peer *peer);
+/* What its tree holds. */
+uint64_t peer_bytes(const peer *peer);
 
 /* The nearest triangle that the ray meets, or UINT32_MAX; its distance in units of the direction.
  */

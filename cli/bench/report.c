@@ -78,15 +78,13 @@ static void print_at(const bench_options *o, const bench_result *result, uint32_
     const bench_at *at = &result->at[i];
     const double e = o->tolerances[i];
     const bench_way *ours = way_for(result->ours, result->ours_count, e);
-    printf("  1/%-5.0f exact %9.1f", 1 / e, 1e9 * at->ours);
-    if (o->peer)
-        printf("  peer %9.1f  ratio %c%7.2f", 1e9 * at->peer, mark_of(at), at->peer / at->ours);
-    printf("  by %-10s rms %.5f max %.4f\n", ours->name, ours->penumbra_rms, ours->max);
+    printf("  1/%-5.0f exact %9.1f  peer %9.1f  ratio %c%7.2f  by %-10s rms %.5f max %.4f\n", 1 / e,
+           1e9 * at->ours, 1e9 * at->peer, mark_of(at), at->peer / at->ours, ours->name,
+           ours->penumbra_rms, ours->max);
     if (!o->automatic) return;
-    printf("          auto  %9.1f", 1e9 * at->automatic);
-    if (o->peer) printf("                  ratio %c%7.2f", mark_of(at), at->peer / at->automatic);
-    printf("  %-13s rms %.5f max %.4f%s\n", "", at->automatic_way.penumbra_rms,
-           at->automatic_way.max, at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
+    printf("          auto  %9.1f                  ratio %c%7.2f  %-13s rms %.5f max %.4f%s\n",
+           1e9 * at->automatic, mark_of(at), at->peer / at->automatic, "",
+           at->automatic_way.penumbra_rms, at->automatic_way.max, at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
 }
 
 static void print_ways(const char *name, const bench_way *ways, uint32_t count) {
@@ -97,8 +95,9 @@ static void print_ways(const char *name, const bench_way *ways, uint32_t count) 
     printf("\n");
 }
 
-static bool save(const cli_text *text, const char *path, cli_error *error) {
+bool report_save(const cli_text *text, const char *path, cli_error *error) {
     cli_output output = {.fd = -1};
+    if (text->failed) return cli_fail(error, CLI_FAILED, "memory ran out");
     const bool fine = cli_output_open(&output, path, error) &&
                       cli_output_write(&output, text->begin, text->length, error) &&
                       cli_output_commit(&output, error);
@@ -134,34 +133,24 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     }
     if (result->scaling > 0)
         printf("  %u threads are %.2f times as fast as one\n", o->threads, result->scaling);
-    printf("  %.1f %% settled; lit point: %.2f ns", 100 * result->settled, 1e9 * result->ours_lit);
-    if (o->peer)
-        printf(", rim-adaptive peer %.1f ns, ratio %.1f", 1e9 * result->peer_lit,
-               result->peer_lit / result->ours_lit);
-    printf("; first build %.1f ms", 1e3 * result->ours_build);
-    if (o->peer)
-        printf(", Embree %.1f ms; peer is %s, %s", 1e3 * result->peer_build,
-               result->style.coherent ? "coherent" : "incoherent",
-               result->style.clustered ? "clusters" : "rings");
-    printf("\n");
+    printf("  %.1f %% settled; lit point: %.2f ns, rim-adaptive peer %.1f ns, ratio %.1f; first build "
+           "%.1f ms, Embree %.1f ms; peer is %s, %s\n",
+           100 * result->settled, 1e9 * result->ours_lit, 1e9 * result->peer_lit,
+           result->peer_lit / result->ours_lit, 1e3 * result->ours_build, 1e3 * result->peer_build,
+           result->style.coherent ? "coherent" : "incoherent",
+           result->style.clustered ? "clusters" : "rings");
     print_ways("exact", result->ours, result->ours_count);
     print_ways("peer", result->fixed, result->fixed_count);
     print_ways("rim", result->rim, result->rim_count);
-    for (uint32_t i = 0; i < result->method_count; i++) {
-        const bench_way *way = &result->methods[i];
-        printf("  %-16s %9.1f  rms %.5f over penumbrae, %.5f over all, max %.4f\n", way->name,
-               1e9 * way->seconds, way->penumbra_rms, way->rms, way->max);
-    }
     printf("\n");
     fflush(stdout);
-    time_rows(r, cell, result->methods, result->method_count);
     time_rows(r, cell, result->ours, result->ours_count);
     time_rows(r, cell, result->fixed, result->fixed_count);
     time_rows(r, cell, result->rim, result->rim_count);
     if (r->ratios.failed || r->times.failed) return cli_fail(error, CLI_FAILED, "memory ran out");
     /* Whole files after each cell: a run of many minutes may be stopped. */
-    return (!r->ratios_path || save(&r->ratios, r->ratios_path, error)) &&
-           (!r->times_path || save(&r->times, r->times_path, error));
+    return (!r->ratios_path || report_save(&r->ratios, r->ratios_path, error)) &&
+           (!r->times_path || report_save(&r->times, r->times_path, error));
 }
 
 void report_close(report *r) {

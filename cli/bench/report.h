@@ -18,5 +18,7 @@ bool report_open(report *report, const bench_options *options, const char *ratio
 bool report_cell(report *report, const bench_cell *cell, const bench_options *options,
                  const bench_result *result, cli_error *error);
 void report_close(report *report);
+/* Writes a whole file. */
+bool report_save(const cli_text *text, const char *path, cli_error *error);
 
 #endif

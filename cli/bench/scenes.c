@@ -150,6 +150,15 @@ bool bench_scene_make(bench_scene *scene, size_t index, const char *models, cli_
     return adopt(scene, &mesh, error);
 }
 
+bool bench_scene_spheres(bench_scene *scene, unsigned levels, cli_error *error) {
+    const int base = bench_scene_find("spheres-80k", 11);
+    scene_mesh mesh = {0};
+    *scene = (bench_scene){.entry = scene_entries[base]};
+    scene_spheres(&mesh, levels);
+    snprintf(scene->name, sizeof scene->name, "spheres-%zu", mesh.triangles);
+    return adopt(scene, &mesh, error);
+}
+
 bool bench_scene_read(bench_scene *scene, char *const *paths, int count, cli_error *error) {
     *scene = (bench_scene){.open = true};
     snprintf(scene->name, sizeof scene->name, "mesh");
@@ -181,16 +190,28 @@ void bench_scene_free(bench_scene *scene) {
 
 bool bench_points_reserve(bench_points *points, size_t count) {
     *points = (bench_points){malloc(count * sizeof *points->at), malloc(count * sizeof *points->at),
-                             malloc(count * sizeof *points->primitives), count};
-    if (points->at && points->surface && points->primitives) return true;
+                             malloc(count * sizeof *points->primitives),
+                             malloc(count * sizeof *points->pixels), count, 0};
+    if (points->at && points->surface && points->primitives && points->pixels) return true;
     bench_points_free(points);
     return false;
+}
+
+void bench_points_box(const bench_points *points, double box[6]) {
+    for (int k = 0; k < 3; k++) box[k] = INFINITY, box[3 + k] = -INFINITY;
+    for (size_t i = 0; i < points->count; i++) {
+        for (int k = 0; k < 3; k++) {
+            const double at = points->at[i][k], by = 1e-6 * fabs(at);
+            box[k] = fmin(box[k], at - by), box[3 + k] = fmax(box[3 + k], at + by);
+        }
+    }
 }
 
 void bench_points_free(bench_points *points) {
     free(points->at);
     free(points->surface);
     free(points->primitives);
+    free(points->pixels);
     *points = (bench_points){0};
 }
 
@@ -225,8 +246,7 @@ static void put(bench_points *points, size_t i, const double p[3], const double 
 
 static const double up[3] = {0, 0, 1};
 
-bool bench_points_camera(bench_points *points, const bench_scene *scene, const peer *caster,
-                         uint32_t side) {
+static bool see(bench_points *points, const bench_scene *scene, const peer *caster, uint32_t side) {
     scene_camera camera = scene->entry.camera;
     camera.width = camera.height = side;
     const double lift = LIFT * scene->entry.radius;
@@ -242,10 +262,20 @@ bool bench_points_camera(bench_points *points, const bench_scene *scene, const p
         for (int k = 0; k < 3; k++) p[k] = camera.eye[k] + t * d[k], d[k] = -d[k];
         if (mesh) corners(&scene->mesh, triangle, c), normal_of(c, normal);
         points->primitives[n] = mesh ? triangle : SOFTSHADOW_NO_PRIMITIVE;
+        points->pixels[n] = i;
         put(points, n++, p, mesh ? normal : up, d, lift);
     }
-    points->count = n;
+    points->count = n, points->side = side;
     return n > 0;
+}
+
+bool bench_points_camera(bench_points *points, const bench_scene *scene, uint32_t side,
+                         cli_error *error) {
+    peer *caster;
+    if (!peer_create(&caster, &scene->mesh, true, error)) return false;
+    const bool fine = see(points, scene, caster, side);
+    peer_destroy(caster);
+    return fine || cli_fail(error, CLI_FAILED, "%s: no points", scene->name);
 }
 
 static size_t pick(const double *sums, size_t count, double at) {

@@ -25,6 +25,8 @@ size_t bench_scene_count(void);
 bool bench_scene_make(bench_scene *scene, size_t index, const char *models, cli_error *error);
 /* Of files the user names, where they are: z is up, the ground touches the lowest vertex. */
 bool bench_scene_read(bench_scene *scene, char *const *paths, int count, cli_error *error);
+/* Four bumpy icospheres of so many levels: 80 * 4^levels triangles. */
+bool bench_scene_spheres(bench_scene *scene, unsigned levels, cli_error *error);
 void bench_scene_free(bench_scene *scene);
 
 /* Points just off the surface they lie on, as a renderer asks for them: nothing touches a point, so
@@ -33,16 +35,20 @@ typedef struct bench_points {
     float (*at)[3];
     float (*surface)[3];
     uint64_t *primitives; /* SOFTSHADOW_NO_PRIMITIVE: on the ground */
+    uint32_t *pixels;     /* of the camera's picture, row after row, top first */
     size_t count;
+    uint32_t side; /* of that picture; 0: scattered, and pixels tell nothing */
 } bench_points;
 
 /* What the camera sees, row after row: of the mesh, else of the ground. */
-bool bench_points_camera(bench_points *points, const bench_scene *scene, const peer *caster,
-                         uint32_t side);
+bool bench_points_camera(bench_points *points, const bench_scene *scene, uint32_t side,
+                         cli_error *error);
 /* Half of them on the ground, half on the mesh evenly by area, in no order. */
 bool bench_points_scattered(bench_points *points, const bench_scene *scene, size_t count);
-/* Room for so many; all of at, surface and primitives. */
+/* Room for so many; all of the arrays. */
 bool bench_points_reserve(bench_points *points, size_t count);
+/* The box around them, widened by what rounding to float moves: min xyz, max xyz. */
+void bench_points_box(const bench_points *points, double box[6]);
 void bench_points_free(bench_points *points);
 
 /* The order along a Morton curve: count indices, to be freed; NULL without memory. */

@@ -12,11 +12,12 @@ static bool reserve(bench_truth *truth, size_t count) {
     *truth = (bench_truth){malloc(count * sizeof *truth->index),
                            malloc(count * sizeof *truth->at),
                            malloc(count * sizeof *truth->value),
+                           malloc(count * sizeof *truth->apart),
                            count,
                            0,
                            0,
                            false};
-    if (truth->index && truth->at && truth->value) return true;
+    if (truth->index && truth->at && truth->value && truth->apart) return true;
     bench_truth_free(truth);
     return false;
 }
@@ -25,6 +26,7 @@ void bench_truth_free(bench_truth *truth) {
     free(truth->index);
     free(truth->at);
     free(truth->value);
+    free(truth->apart);
     *truth = (bench_truth){0};
 }
 
@@ -109,15 +111,26 @@ bool bench_truth_find(bench_truth *truth, const bench_cell *cell, const bench_op
     return fine;
 }
 
+static int by_size(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
 void bench_truth_judge(const bench_truth *truth, const float *value, bench_way *way) {
-    double all = 0, penumbra = 0, most = 0;
+    const double count = (double)truth->count;
+    double all = 0, penumbra = 0, sum = 0;
+    size_t same = 0;
     for (size_t i = 0; i < truth->count; i++) {
-        const double off = fabs((double)value[i] - (double)truth->value[i]);
-        all += off * off;
-        if (truth->value[i] > 0 && truth->value[i] < 1) penumbra += off * off;
-        most = fmax(most, off);
+        const double by = (double)value[i] - (double)truth->value[i];
+        all += by * by, sum += by;
+        if (truth->value[i] > 0 && truth->value[i] < 1) penumbra += by * by;
+        truth->apart[i] = fabs(by);
+        same += fabs(by) <= 1.0 / 512;
     }
-    way->rms = sqrt(all / (double)truth->count);
+    qsort(truth->apart, truth->count, sizeof *truth->apart, by_size);
+    way->rms = sqrt(all / count), way->bias = sum / count;
     way->penumbra_rms = truth->penumbrae ? sqrt(penumbra / (double)truth->penumbrae) : 0;
-    way->max = most;
+    way->max = truth->apart[truth->count - 1];
+    way->p99 = truth->apart[(truth->count - 1) * 99 / 100];
+    way->same = (double)same / count;
 }

@@ -40,21 +40,87 @@ class Bench(Case):
         self.assertLess(float(fixed[256]["penumbra_rms"]), float(fixed[16]["penumbra_rms"]) / 4)
         self.assertGreater(float(fixed[256]["ns_a_point"]), 4 * float(fixed[16]["ns_a_point"]))
 
-    def test_own_scenes(self):
-        out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--points",
-                                    "camera,scattered", *SMALL)).decode()
-        self.assertEqual(out.count("triangle: 1 triangles, object light"), 2)
-        self.assertNotIn("ratio", out.split("\n\n", 1)[1])
+    def matrix(self, *arguments):
+        """What it said, and its rows."""
+        out = self.good(self.run_it("bench", "--quick", "--csv", self.path("m.csv"), "--json",
+                                    self.path("m.json"), *arguments, *SMALL, timeout=540)).decode()
+        rows = self.rows("m.csv")
+        self.assertEqual(json.loads(self.get("m.json"), parse_float=str, parse_int=str), rows)
+        return out, rows
 
-    def test_methods(self):
-        out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--methods",
-                                    *SMALL)).decode()
-        rms = {line.split()[0]: float(line.split()[3]) for line in out.splitlines()
-               if "over penumbrae" in line}
-        self.assertIn("raytrace", rms)
-        self.assertLess(rms["raytrace"], 1 / 32)
-        if "hard" in rms:  # no penumbra at all: a uniform one would be off by 1 / sqrt(12)
-            self.assertTrue(0.1 < rms["hard"] < 0.6, rms)
+    def test_own_scenes(self):
+        out, rows = self.matrix("--scenes", "triangle", "--lights", "object", "--points",
+                                "camera,scattered", "--methods", "exact,hard")
+        self.assertEqual(out.count("triangle: 1 triangles, object light"), 2)
+        self.assertEqual({row["points"] for row in rows}, {"camera", "scattered"})
+        self.assertEqual({row["method"] for row in rows}, {"exact", "hard"})
+
+    def test_matrix(self):
+        out, rows = self.matrix("--scenes", "triangle", "--lights", "medium")
+        listed = {m["name"] for m in json.loads(self.good(self.run_it("methods", "--json")))}
+        self.assertEqual({row["method"] for row in rows} - {"penumbra-limit (propagated)"},
+                         listed | {"peer", "peer adaptive"})
+        for row in rows:
+            of = {name: float(row[name]) for name in ("ns_a_point", "penumbra_rms", "rms", "p99", "max", "bias",
+                                                      "exact_percent", "bytes", "build_ms", "prepare_ms")}
+            self.assertGreater(of["ns_a_point"], 0, row)
+            self.assertLessEqual(abs(of["bias"]), of["rms"] * 1.0001 + 1e-9)  # six digits are printed
+            self.assertLessEqual(of["rms"], of["penumbra_rms"] * 1.0001 + 1e-9)  # errs in penumbrae only
+            self.assertLessEqual(of["p99"], of["max"])
+            self.assertTrue(0 <= of["exact_percent"] <= 100 and of["build_ms"] >= 0)
+            self.assertTrue(of["prepare_ms"] >= 0 and of["bytes"] >= 0)
+            self.assertEqual(row["truth"], "brute force")
+            self.assertLess(float(row["truth_error"]), 1 / 1024)
+        self.check_front(rows)
+        of = {(row["method"], row["setting"]): row for row in rows}
+        self.assertGreater(float(of["exact", "1024"]["exact_percent"]), float(of["hard", "1024"]["exact_percent"]))
+        self.assertGreater(int(of["hard", "1024"]["bytes"]), 4 * 1024 * 1024)
+        self.assertEqual(out.count("\n  auto 1/"), 3, out)
+        self.assertRegex(out, r"auto with an RMS error of at most 1/64: \d of 3 on or below the front")
+
+    def check_front(self, rows):
+        """On it is whoever no other beats in time without more error: by brute force."""
+        for row in rows:
+            time, error = float(row["ns_a_point"]), float(row["penumbra_rms"])
+            rivals = [float(other["ns_a_point"]) for other in rows
+                      if other is not row and float(other["penumbra_rms"]) <= error]
+            behind = time / min(rivals) if rivals else 0
+            self.assertAlmostEqual(float(row["behind"]), behind, delta=1e-4 * behind)
+            self.assertEqual(row["front"], "1" if behind <= 1 else "0")
+
+    def test_sweep(self):
+        out, rows = self.matrix("--scenes", "triangle", "--sweep", "light,resolution,threads",
+                                "--methods", "exact,penumbra-map")
+        of = {name: [row for row in rows if row["sweep"] == name] for name in ("light", "resolution", "threads")}
+        radii = [float(row["light_radius"]) for row in of["light"] if row["method"] == "exact"]
+        self.assertEqual(radii, [.02, .1, .4, 1.6])
+        shares = [float(row["penumbra"]) for row in of["light"] if row["method"] == "exact"]
+        self.assertEqual(shares, sorted(shares))
+        self.assertEqual([row["setting"] for row in of["resolution"]], ["256", "512", "1024", "2048"])
+        self.assertEqual([row["threads"] for row in of["threads"] if row["method"] == "exact"][0], "1")
+        self.bad(self.run_it("bench", "--sweep", "light", "--scenes", "triangle,bunny"), 2, "--sweep")
+        self.bad(self.run_it("bench", "--sweep", "weather"), 2, "weather")
+
+    def test_sweep_of_triangles_and_points(self):
+        out, rows = self.matrix("--scenes", "triangle", "--sweep", "triangles,points", "--methods", "hard",
+                                "--models", self.folder)
+        self.assertEqual([int(row["triangles"]) for row in rows if row["sweep"] == "triangles"],
+                         [1280, 5120, 20480, 81920])
+        self.assertEqual([int(row["count"]) for row in rows if row["sweep"] == "points"],
+                         [1024, 10000, 99856, 1000000])
+
+    def test_pictures(self):
+        self.matrix("--scenes", "triangle", "--lights", "object", "--methods", "exact,hard,peer", "--pictures",
+                    self.path("p"))
+        names = {"truth", "exact", "hard", "peer", "peer-adaptive"}
+        self.assertEqual(set(os.listdir(self.path("p"))), {"triangle-object-%s.png" % n for n in names})
+        sizes = {}
+        for name in names:
+            with open(self.path("p/triangle-object-%s.png" % name), "rb") as file:
+                head = file.read(24)
+            sizes[name] = os.path.getsize(file.name)
+            self.assertEqual((head[:4], struct.unpack(">2I", head[16:])), (b"\x89PNG", (24, 24)))
+        self.bad(self.run_it("bench", "--scenes", "triangle", "--pictures", self.path("no/p"), *SMALL), 1, "no/p")
 
     def test_rays(self):
         out = self.good(self.run_it("bench", "--scenes", "triangle", "--lights", "object", "--rays",
@@ -70,7 +136,7 @@ class Bench(Case):
             self.assertTrue(all(float(number) > 0 for number in row[1:]), row)
 
     def test_what_is_not_there(self):
-        out = self.good(self.run_it("bench", "--scenes", "dragon-11k", "--models", self.folder,
+        out = self.good(self.run_it("bench", "--peer", "--scenes", "dragon-11k", "--models", self.folder,
                                     *SMALL)).decode()
         self.assertRegex(out, r"^dragon-11k +left out: .*dragon_vrip_res4.ply is not there; "
                               r"examples/fetch-models gets it\n")
@@ -126,6 +192,7 @@ class Bench(Case):
     def test_usage(self):
         self.bad(self.run_it("bench", "--scenes", "bunnny"), 2, "--scenes bunnny", "bunny")
         self.bad(self.run_it("bench", "--lights", "huge"), 2, "huge")
+        self.bad(self.run_it("bench", "--methods", "exact,magic"), 2, "magic", "peer")
         self.bad(self.run_it("bench", "--tolerances", "1/0"), 2, "--tolerances")
         self.bad(self.run_it("bench", "--repeat", "0"), 2, "--repeat")
         self.bad(self.run_it("bench", self.path("none.obj")), 1, "none.obj")
