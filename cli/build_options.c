@@ -85,7 +85,7 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
          .argument = "N",
          .into = &b->max_samples,
          .low = 1,
-         .high = UINT32_MAX,
+         .high = 1 << 24,
          .help = "most texels a filter or back-projection visits (all)"},
         {.name = "falloff",
          .kind = CLI_CHOICE,

@@ -65,7 +65,7 @@ enum {
     SOFTSHADOW_E_STATE = -2,       /* not now: nothing built, in use, or made before fork() */
     SOFTSHADOW_E_MESH = -3,        /* a vertex or an index cannot be used; the message has its number */
     SOFTSHADOW_E_LIGHT = -4,       /* a light that is none: NaN, negative radius, skewed axes */
-    SOFTSHADOW_E_MEMORY = -5,      /* memory ran out; the handle is as it was */
+    SOFTSHADOW_E_MEMORY = -5,      /* memory ran out: the scene is as it was; after a build nothing is built */
     SOFTSHADOW_E_UNSUPPORTED = -6, /* this build, machine or method cannot do it */
     SOFTSHADOW_E_CANCELLED = -7,   /* your progress callback said stop */
     SOFTSHADOW_E_BACKEND = -8,     /* Embree, EGL or a driver failed; the message has its words */
@@ -129,7 +129,8 @@ enum { SOFTSHADOW_CASTS = 1, SOFTSHADOW_RECEIVES = 2, SOFTSHADOW_BORROW = 4 };
 /* How a handle works with its host. All of it is optional. */
 typedef struct softshadow_options {
     uint32_t struct_size;
-    uint32_t threads; /* how many threads a call may use, its own included; 0: one per processor */
+    uint32_t threads; /* how many threads a call may use, its own included; 0: one per processor.
+                         Embree builds for rays on TBB's threads, one per processor, whatever this says */
     void *user;       /* handed to the callbacks below */
     /* Called with one line of text; level 0 error, 1 warning, 2 information. Any thread. */
     void (*log)(void *user, int level, const char *text);
@@ -245,7 +246,7 @@ typedef struct softshadow_error {
     uint32_t samples;    /* in: rays a point for the reference; 0: 4096 */
     double rms, max, p99, mean; /* out: of method minus reference over the points measured */
     double reference_error;     /* out: RMS error of the reference itself, from two halves */
-    uint64_t points;            /* out: how many were measured */
+    uint64_t points;            /* out: how many were measured; 0: the numbers above are NaN */
 } softshadow_error;
 
 /* Sums since the last build. */

@@ -41,7 +41,7 @@ static void free_geometry(ss_built *built) {
 void ss_built_free(ss_built *built) {
     free_states(built);
     free_geometry(built);
-    *built = (ss_built){0};
+    *built = (ss_built){.peak_bytes = built->peak_bytes};
 }
 
 #define NEEDS_TOPOLOGY (SS_NEEDS_EDGES | SS_NEEDS_COMPONENTS | SS_NEEDS_SILHOUETTES)
@@ -204,6 +204,7 @@ softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *re
         progress = ss_progress_create(&handle->options, 1);
         if (!progress) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
     }
+    const ss_plan asked = plan; /* the GPU may have to be spared */
     if (!status) status = build_somewhere(handle, &plan, progress);
     ss_progress_destroy(progress);
     if (status) {
@@ -211,7 +212,7 @@ softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *re
         return status;
     }
     built->ready = true;
-    handle->requested = plan;
+    handle->requested = asked;
     handle->totals.build_seconds = ss_clock() - start;
     if (plan.raster->spent) handle->totals.build_copies = plan.raster->spent();
     if (*plan.why) ss_engine_tell(handle, plan.why);

@@ -2,9 +2,8 @@
 
 #include "base/status.h"
 
-#define CHUNK  ((size_t)16384)
-#define CHUNKS (SS_DEVICE_RANGE / 16384)
-#define AHEAD  3 /* chunks on their way at most: what a host that cancels waits for */
+#define CHUNK ((size_t)16384)
+#define AHEAD 3 /* chunks on their way at most: what a host that cancels waits for */
 
 static softshadow_status submit(const ss_asked *asked, const ss_point *points, size_t n,
                                 ss_raster_look *looks, float *visibility,
@@ -17,16 +16,17 @@ static softshadow_status submit(const ss_asked *asked, const ss_point *points, s
 static softshadow_status answer(const ss_asked *asked, const ss_point *points, size_t n,
                                 ss_raster_look *looks, float *visibility, ss_progress *progress) {
     const size_t chunks = (n + CHUNK - 1) / CHUNK;
-    ss_raster_ticket *ticket[CHUNKS] = {NULL};
+    ss_raster_ticket *ticket[AHEAD] = {NULL};
     softshadow_status status = SOFTSHADOW_OK;
     for (size_t sent = 0, done = 0; done < sent || (!status && sent < chunks);) {
         if (!status && sent < chunks && sent - done < AHEAD) {
             const size_t at = sent * CHUNK, m = n - at < CHUNK ? n - at : CHUNK;
-            status = submit(asked, points + at, m, looks + at, visibility + at, &ticket[sent]);
+            status = submit(asked, points + at, m, looks + at, visibility + at,
+                            &ticket[sent % AHEAD]);
             if (!status) sent++;
             continue;
         }
-        const softshadow_status waited = asked->stage->raster->wait(ticket[done++]);
+        const softshadow_status waited = asked->stage->raster->wait(ticket[done++ % AHEAD]);
         if (!status) status = waited;
         if (!status) status = ss_progress_add(progress, 0);
     }

@@ -125,11 +125,11 @@ static softshadow_status summarize(const chosen *c, size_t n, softshadow_error *
     }
     qsort(size, count, sizeof *size, by_size);
     error->points = count;
-    error->rms = count ? sqrt(squares / (double)count) : 0;
-    error->mean = count ? sum / (double)count : 0;
-    error->reference_error = count ? sqrt(halves / (double)count) : 0;
-    error->max = count ? size[count - 1] : 0;
-    error->p99 = count ? size[(size_t)ceil(0.99 * (double)(count - 1))] : 0;
+    error->rms = count ? sqrt(squares / (double)count) : NAN;
+    error->mean = count ? sum / (double)count : NAN;
+    error->reference_error = count ? sqrt(halves / (double)count) : NAN;
+    error->max = count ? size[count - 1] : NAN;
+    error->p99 = count ? size[(size_t)ceil(0.99 * (double)(count - 1))] : NAN;
     ss_free(size);
     return SOFTSHADOW_OK;
 }
@@ -158,6 +158,10 @@ static softshadow_status answer(softshadow *handle, const softshadow_points *poi
 
 softshadow_status ss_engine_measure(softshadow *handle, const softshadow_points *points,
                                     softshadow_error *error) {
+    if (error->samples > SS_MOST_SAMPLES) {
+        return ss_fail(SOFTSHADOW_E_ARGUMENT, "error.samples: %u, must be 0..%u", error->samples,
+                       SS_MOST_SAMPLES);
+    }
     size_t n = points->count;
     if (error->max_points && error->max_points < n) n = (size_t)error->max_points;
     chosen c;

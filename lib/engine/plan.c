@@ -8,7 +8,6 @@
 #include "base/status.h"
 #include "base/vec.h"
 
-#define MOST_SAMPLES (1u << 24)
 #define MOST_RESOLUTION 16384u
 #define MOST_TAPS 64u
 #define MOST_BLUR 64u
@@ -38,7 +37,8 @@ static softshadow_status check_request(const softshadow_build *request) {
         const char *field;
         uint32_t value, most;
     } whole[] = {{"backend", request->backend, SOFTSHADOW_ANY},
-                 {"samples", request->samples, MOST_SAMPLES},
+                 {"samples", request->samples, SS_MOST_SAMPLES},
+                 {"max_samples", request->max_samples, SS_MOST_SAMPLES},
                  {"resolution", request->resolution, MOST_RESOLUTION},
                  {"layers", request->layers, SS_MOST_LAYERS},
                  {"falloff", request->falloff, SOFTSHADOW_FALLOFF_PROFILE},

@@ -214,13 +214,23 @@ static softshadow_status measure_triangles(void *ctx, uint64_t begin, uint64_t e
     return SOFTSHADOW_OK;
 }
 
+/* Who measures, and what went wrong: nothing but a host's scheduler that does not do all. */
+typedef struct workers {
+    ss_pool *pool;
+    softshadow_status status;
+} workers;
+
+static void share(workers *work, uint64_t count, ss_body *body, void *ctx) {
+    if (!work->status) work->status = ss_parallel_for(work->pool, count, 16384, body, ctx);
+}
+
 /* Of the casters themselves, as the corners of their box can be far outside, and of those only that
  * can shadow the region. What lies before the near plane is clipped away. */
 static extent extent_of_casters(const ss_frame *frame, const ss_world *world, const extent *region,
-                                double opening, ss_pool *pool) {
+                                double opening, workers *work) {
     measuring m = {.frame = frame, .world = world, .opening = opening, .sum = no_extent};
     pthread_mutex_init(&m.lock, NULL);
-    ss_parallel_for(pool, world->vertex_count, 16384, measure_vertices, &m);
+    share(work, world->vertex_count, measure_vertices, &m);
     m.cut = m.sum.cut;
     if (region && !m.cut) { /* all of them inside: none to leave out */
         const double reach = frame->rate * (region->high[2] - m.sum.low[2]);
@@ -234,7 +244,7 @@ static extent extent_of_casters(const ss_frame *frame, const ss_world *world, co
     if (m.cut || m.region) {
         m.sum = no_extent;
         m.region = region;
-        ss_parallel_for(pool, world->triangle_count, 16384, measure_triangles, &m);
+        share(work, world->triangle_count, measure_triangles, &m);
     }
     pthread_mutex_destroy(&m.lock);
     return m.sum;
@@ -296,7 +306,7 @@ static uint32_t border_of(uint32_t resolution) { return resolution < 64 ? 1 : 2;
 
 /* Sets the frame's window; false: no point that is asked can be shadowed here. */
 static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, double opening,
-                       ss_pool *pool) {
+                       workers *work) {
     const double reach = frame->inverse > 0 ? opening / frame->inverse : INFINITY;
     extent view = {{-reach, -reach, -INFINITY}, {reach, reach, INFINITY}, false, false},
            region = view;
@@ -311,7 +321,7 @@ static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, d
     region.high[2] = frame->far_h;
     if (region.empty) return false;
     extent need = extent_of_casters(frame, fit->world, fit->bounded ? &region : NULL, opening,
-                                    pool);
+                                    work);
     if (need.empty || need.low[2] > frame->far_h) return false;
     frame->near_h = need.low[2];
     double most = frame->rate * (frame->far_h - frame->near_h);
@@ -333,7 +343,7 @@ static bool fit_window(ss_frame *frame, const ss_fit *fit, const box *casters, d
 
 /* ---- which frames --------------------------------------------------------------------------- */
 
-static void fit_sun(ss_frames *out, const ss_fit *fit, const box *casters, ss_pool *pool) {
+static void fit_sun(ss_frames *out, const ss_fit *fit, const box *casters, workers *work) {
     ss_frame *frame = &out->face[0];
     double z[3];
     for (int k = 0; k < 3; k++) {
@@ -343,7 +353,7 @@ static void fit_sun(ss_frames *out, const ss_fit *fit, const box *casters, ss_po
     set_axes(frame, z);
     frame->nearest = -INFINITY;
     frame->rate = out->radius;
-    out->count = fit_window(frame, fit, casters, INFINITY, pool);
+    out->count = fit_window(frame, fit, casters, INFINITY, work);
 }
 
 /* The axis of a single frame: a flat light's normal, on the casters' side; for a sphere towards the
@@ -364,7 +374,7 @@ static bool aim(ss_frame *frame, const ss_light *light, const box *b, double rad
 }
 
 /* Six faces, 2 k for +axis k and 2 k + 1 for -axis k. */
-static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_pool *pool) {
+static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, workers *work) {
     const ss_light *light = fit->light;
     double distance = 0;
     for (int i = 0; i < 8; i++) {
@@ -390,7 +400,7 @@ static void fit_cube(ss_frames *out, const ss_fit *fit, const box *casters, ss_p
         place(frame, light, distance, out->radius);
         out->face_of[i] = -1;
         const double opening = fit->margin ? WIDEST : 1 + 4.0 / fit->resolution;
-        if (!fit_window(frame, fit, casters, opening, pool)) continue;
+        if (!fit_window(frame, fit, casters, opening, work)) continue;
         out->face_of[i] = (int8_t)out->count++;
     }
 }
@@ -411,6 +421,7 @@ static box relevant(const ss_fit *fit, const box *casters, double radius) {
 }
 
 softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool) {
+    workers work = {pool, SOFTSHADOW_OK};
     *out = (ss_frames){.resolution = fit->resolution, .radius = radius_of(fit->light, fit->margin),
                        .rung = (int)ss_cpu_rung()};
     if (fit->world->triangle_count == 0) return SOFTSHADOW_OK;
@@ -418,14 +429,14 @@ softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool
     box b;
     memcpy(&b, fit->bounds, sizeof b);
     if (fit->light->type == SOFTSHADOW_SUN) {
-        fit_sun(out, fit, &casters, pool);
+        fit_sun(out, fit, &casters, &work);
     } else if (aim(&out->face[0], fit->light, &casters, out->radius) ||
                (fit->bounded && aim(&out->face[0], fit->light, &b, out->radius))) {
-        out->count = fit_window(&out->face[0], fit, &casters, 2 * WIDEST, pool);
+        out->count = fit_window(&out->face[0], fit, &casters, 2 * WIDEST, &work);
     } else {
-        fit_cube(out, fit, &casters, pool);
+        fit_cube(out, fit, &casters, &work);
     }
-    return SOFTSHADOW_OK;
+    return work.status;
 }
 
 bool ss_frame_mirrored(const ss_frame *frame) {

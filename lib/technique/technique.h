@@ -24,6 +24,7 @@ enum {
 };
 
 #define SS_MOST_LAYERS 64 /* that a build may ask for */
+#define SS_MOST_SAMPLES (1u << 24) /* likewise, and a measurement */
 
 /* The build as asked, every default filled in, lengths in the host's unit. */
 typedef struct ss_params {

@@ -299,6 +299,9 @@ static void failed_structs(void **state) {
               isnan(error.reference_error) && error.points == 0,
           "rms %g of %llu points", error.rms, (unsigned long long)error.points);
     CHECK(error.max_points == 8 && error.samples == 9, "what was asked stays");
+    error.samples = (1u << 24) + 1;
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "error.samples: 16777217",
+            softshadow_measure_error(f.handle, &f.batch, &error));
     softshadow_explanation explanation = SOFTSHADOW_EXPLANATION_INIT;
     explanation.size = SIDE, explanation.image = image, explanation.hider = hider;
     explanation.light = 5, explanation.visibility = 0.5f, explanation.triangles = 3;

@@ -199,6 +199,9 @@ static void falls_back(const char *method, const char *words) {
     require_truth(words);
     REQUIRE(told == (faults > before), "%s: told %u times", words, told);
     REQUIRE(!told || strstr(told_text, words), "\"%s\" has no \"%s\"", told_text, words);
+    REQUIRE(build(handle, method, SOFTSHADOW_ANY) == SOFTSHADOW_OK &&
+                softshadow_get_stats(handle, &stats) == SOFTSHADOW_OK && stats.build_seconds == 0,
+            "%s: built once more, though nothing was stale", words);
     softshadow_destroy(handle);
 }
 
