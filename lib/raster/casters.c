@@ -148,7 +148,7 @@ bool ss_caster_opaque_at(void *holes, const double weight[3]) {
     return ss_world_opaque_at(h->world, h->triangle, sum[1] / s, sum[2] / s);
 }
 
-int ss_raster_triangle_corners(const ss_raster_triangle *triangle, uint32_t used,
+int ss_raster_triangle_corners(const ss_raster_triangle *triangle,
                                ss_scan_corner corner[SS_CLIP_MOST]) {
     bool far = false;
     for (int k = 0; k < 3; k++) {
@@ -157,5 +157,5 @@ int ss_raster_triangle_corners(const ss_raster_triangle *triangle, uint32_t used
         if (!isfinite(corner[k].x) || !isfinite(corner[k].y)) return 0;
         far |= fabs(corner[k].x) >= SS_GUARD || fabs(corner[k].y) >= SS_GUARD;
     }
-    return far ? ss_clip_guard(corner, 3, used) : 3;
+    return far ? ss_clip_guard(corner, 3, SS_RASTER_ATTRIBUTES) : 3;
 }

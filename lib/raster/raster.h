@@ -53,12 +53,14 @@ typedef struct ss_raster_table {
 
 /* How a technique keeps what covers a texel: of all that is offered there the one with the least key, the
  * first of those that are alike. The same twice: for machines that run C, and as text. */
+#define SS_RASTER_INK_TABLES 3
 typedef struct ss_raster_ink {
     ss_raster_shade *shade; /* offers and keeps by itself */
     void *ctx;
-    /* NULL: only the CPU can. Declares its tables (binding 4 and on) and defines
-     *   bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value)
-     * false: not offered. `resolution` is a constant of the text before it. */
+    /* Declares its tables, at most SS_RASTER_INK_TABLES (binding 4 and on) and defines
+     *   bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value)
+     * false: not offered. It is called more than once, by several programs: whatever key depends on
+     * is to be `precise`. `resolution` is a constant of the text before it. */
     const char *offer_glsl;
     ss_raster_table table[SS_RASTER_TABLES];
     uint32_t tables;
@@ -98,10 +100,7 @@ typedef struct ss_raster {
     /* The nearest h deeper than `above`: the next layer. */
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
-    /* `used` of the attributes; corners may be anywhere. Runs where C runs. */
-    softshadow_status (*draw)(const ss_raster_triangle *triangles, size_t count, uint32_t used,
-                              uint32_t resolution, ss_raster_shade *shade, void *ctx, ss_pool *pool);
-    /* The same, with all the attributes, for what is kept by the rule of an ink. */
+    /* What the ink keeps of the triangles, whose corners may be anywhere. */
     softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
                               const ss_raster_ink *ink, ss_pool *pool);
 

@@ -62,9 +62,6 @@ static inline float ss_limit_key(const ss_limit_face *f, size_t texel, float c, 
     return f->highest ? c + fabsf(q) : ss_limit_away(f, depth, c, q, open);
 }
 
-/* How far down the light gets past a silhouette at (x, y). */
-float ss_limit_open(const ss_limit_face *face, double x, double y, const double outwards[2]);
-
 /* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. */
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found);

@@ -128,8 +128,8 @@ static bool add_piece(spreading *s, const boundary *b) {
     const double out[2] = {(b->dx + slope * b->dy) / long_way, (b->dy - slope * b->dx) / long_way};
     const double x = b->x + .5 + where * b->dx, y = b->y + .5 + where * b->dy;
     *p = (piece){.x = (float)x, .y = (float)y, .normal = {(float)out[0], (float)out[1]},
-                 .half = (float)long_way / 2, .c = depth_at_edge(s, b, where),
-                 .open = ss_limit_open(f, x, y, out)};
+                 .half = (float)long_way / 2, .c = depth_at_edge(s, b, where)};
+    p->open = ss_rim_open(f->depth, f->side, (float[2]){p->x, p->y}, p->normal);
     for (int k = 0; k < 2 && s->round; k++) {
         const double at = f->frame->low[k] + (k ? y : x) * f->frame->texel;
         p->tangent[k] = (float)(at * f->frame->inverse);

@@ -10,68 +10,78 @@ typedef struct ribbons {
     const ss_rim *rim;
 } ribbons;
 
-static float depth_near(const ss_limit_face *f, double x, double y) {
-    const double most = f->side - 1;
-    const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
-    const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
-    return f->depth[(size_t)row * f->side + column];
-}
-
-/* The depth a little outside of it, where its own surface has ended: one texel and a half away, or
- * two and a half where a bend is still in the way. Above c: something nearer hides the silhouette. */
-float ss_limit_open(const ss_limit_face *f, double x, double y, const double outwards[2]) {
-    const float near = depth_near(f, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
-    const float far = depth_near(f, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
-    return near > far ? near : far;
-}
-
 /* Where the light gets past the silhouette is looked up last: it can only make a key worse. */
-static void offer(ss_limit_face *f, size_t at, float c, float q, double x, double y,
-                  const double outwards[2]) {
+static void offer(ss_limit_face *f, size_t at, float c, float q, const ss_rim_foot *foot) {
     if (!(ss_limit_key(f, at, c, q, SS_MAP_FAR) < f->key[at])) return;
-    const float open = ss_limit_open(f, x, y, outwards), key = ss_limit_key(f, at, c, q, open);
+    const float open = ss_rim_open(f->depth, f->side, foot->place, foot->outwards);
+    const float key = ss_limit_key(f, at, c, q, open);
     if (!(key < f->key[at])) return;
     float *texel = f->texels + at * LIMIT_CHANNELS;
     f->key[at] = key;
     texel[LIMIT_C] = c, texel[LIMIT_Q] = q, texel[LIMIT_B] = open;
 }
 
-static void shade_strip(const ribbons *r, const ss_raster_run *run) {
-    const ss_rim_edge *edge = &r->rim->edge[run->tag / SS_RIM_TAG];
-    ss_limit_face *f = r->face;
-    const double right[2] = {edge->along[1], -edge->along[0]};
-    const double wide = ss_rim_stretch(&r->rim->vertex[edge->vertex[0]], right);
-    const size_t first = (size_t)run->y * f->side + run->x;
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float away = run->attribute[0][i], c = run->attribute[1][i];
-        const double foot = -wide * away;
-        offer(f, first + i, c, away * f->per_texel, run->x + i + 0.5 + foot * right[0],
-              run->y + 0.5 + foot * right[1], right);
-    }
-}
-
-/* Around a vertex; a whole disc (where more than two edges meet) is inside where the texel is
- * covered. */
-static void shade_corner(const ribbons *r, const ss_raster_run *run) {
-    const ss_rim_vertex *v = &r->rim->vertex[run->tag / SS_RIM_TAG];
-    ss_limit_face *f = r->face;
-    const bool disc = run->tag & SS_RIM_DISC;
-    const size_t first = (size_t)run->y * f->side + run->x;
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float c = run->attribute[1][i], away = ss_rim_away(run, i);
-        const double dx = run->attribute[0][i], dy = run->attribute[2][i],
-                     length = sqrt(dx * dx + dy * dy);
-        bool inside = run->tag & SS_RIM_INSIDE;
-        if (disc) inside = f->depth[first + i] < c + f->near;
-        const double sign = inside ? -1 : 1, per = length > 0 ? sign / length : 0;
-        const double outwards[2] = {dx * per, dy * per};
-        offer(f, first + i, c, (float)sign * away * f->per_texel, v->x, v->y, outwards);
-    }
-}
-
+/* A whole disc (where more than two edges meet) is inside where the texel is covered. */
 static void shade(void *ctx, const ss_raster_run *run) {
-    if (run->tag & SS_RIM_CORNER) shade_corner(ctx, run);
-    else shade_strip(ctx, run);
+    const ribbons *r = ctx;
+    ss_limit_face *f = r->face;
+    const size_t first = (size_t)run->y * f->side + run->x;
+    for (uint32_t i = 0; i < run->n; i++) {
+        const float c = run->attribute[1][i];
+        const ss_rim_foot foot = ss_rim_foot_of(r->rim, run, i, f->depth[first + i] < c + f->near);
+        offer(f, first + i, c, foot.away * f->per_texel, &foot);
+    }
+}
+
+/* words: per_texel, near, far_h, highest. ss_limit_key() and what it calls; 1e30: nothing. */
+static const char glsl[] = SS_RIM_GLSL
+    "float key_of(float depth, float c, float q, float open) {\n"
+    "    float near = words[1], far = words[2];\n"
+    "    precise float hidden = c - near, reached = depth + 3.0 * words[0], limit = c + q;\n"
+    "    if (open < hidden) return 1e30;\n"
+    "    if (q > 0.0 && q <= words[0] && !(depth > hidden)) return 1e30;\n"
+    "    if (q > 0.0 && q > words[0] && !(depth > c && limit < reached)) return 1e30;\n"
+    "    precise float highest = c + abs(q), least = c + near, opened = open + near;\n"
+    "    if (words[3] != 0.0) return highest;\n"
+    "    float most = depth < far && q > 0.0 ? depth : far, receiver = most > least ? most : least;\n"
+    "    precise float away = abs(q) / (receiver - c);\n"
+    "    if (q > 0.0 || !(opened < receiver) || !(away < 1.0)) return away;\n"
+    "    precise float behind = abs(q) / (receiver - (open > c ? open : c));\n"
+    "    precise float folded = 1.0 - ((behind < 1.0 ? behind : 1.0) - away);\n"
+    "    return folded;\n"
+    "}\n"
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value) {\n"
+    "    float depth = depth_at(texel), c = varied.y;\n"
+    "    precise float covered = c + words[1];\n"
+    "    Foot f = rim_foot(tag, texel, varied, depth < covered);\n"
+    "    precise float q = f.away * words[0];\n"
+    "    float open = rim_open(f);\n"
+    "    key = key_of(depth, c, q, open);\n"
+    "    value = vec4(c, q, open, 0.0);\n"
+    "    return true;\n"
+    "}\n";
+
+/* Where offers go when a GPU has chosen among them. */
+static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
+    ss_limit_face *f = ((const ribbons *)ctx)->face;
+    const size_t at = (size_t)y * f->side + x;
+    float *texel = f->texels + at * LIMIT_CHANNELS;
+    f->key[at] = key;
+    texel[LIMIT_C] = value[0], texel[LIMIT_Q] = value[1], texel[LIMIT_B] = value[2];
+}
+
+static softshadow_status draw(const ss_stage *stage, ribbons *r, const ss_raster_triangle *triangles,
+                              size_t count) {
+    const ss_limit_face *f = r->face;
+    const float words[] = {f->per_texel, f->near, (float)f->frame->far_h, f->highest};
+    ss_raster_ink ink = {.shade = shade,
+                         .ctx = r,
+                         .offer_glsl = glsl,
+                         .first_key = SS_MAP_FAR,
+                         .keep = keep,
+                         .keep_ctx = r};
+    ss_rim_tables(r->rim, f->depth, f->side, words, sizeof words / sizeof *words, &ink);
+    return stage->raster->keep(triangles, count, f->side, &ink, stage->pool);
 }
 
 /* The penumbra's half width at the farthest receiver, raised. */
@@ -84,13 +94,14 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
  * of the silhouette, which never gets as far as the scan converter. */
 static bool edge_hidden(const ss_limit_face *f, const ss_rim *rim, const ss_rim_edge *edge) {
     const ss_rim_vertex *a = &rim->vertex[edge->vertex[0]], *b = &rim->vertex[edge->vertex[1]];
-    const double right[2] = {edge->along[1], -edge->along[0]};
+    const float right[2] = {(float)edge->along[1], (float)-edge->along[0]};
     if (!(edge->length < 1024)) return false; /* also end on: nothing to look along */
     const int steps = 1 + (int)(2 * edge->length);
     for (int i = 0; i <= steps; i++) {
-        const double t = (double)i / steps, x = a->x + t * (b->x - a->x), y = a->y + t * (b->y - a->y);
+        const double t = (double)i / steps;
+        const float place[2] = {(float)(a->x + t * (b->x - a->x)), (float)(a->y + t * (b->y - a->y))};
         const float c = (float)(a->h + t * (b->h - a->h));
-        if (!(ss_limit_open(f, x, y, right) < c - f->near)) return false;
+        if (!(ss_rim_open(f->depth, f->side, place, right) < c - f->near)) return false;
     }
     return true;
 }
@@ -114,7 +125,7 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
     if (!status) status = find_hidden(face, &rim, &unseen);
     style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
-    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, face->side, shade, &r, stage->pool);
+    if (!status) status = draw(stage, &r, triangles, count);
     ss_free(triangles), ss_free(unseen);
     ss_rim_free(&rim);
     return status;

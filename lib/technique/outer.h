@@ -21,9 +21,10 @@ typedef struct ss_outer_pen {
     "layout(std430, binding = 4) readonly buffer Depths { float depths[]; };\n" \
     "layout(std430, binding = 5) readonly buffer Words { float words[]; };\n" \
     "float rise_of(float away, float blocker);\n" \
-    SS_RIM_GLSL \
-    "bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value) {\n" \
-    "    float vertex = varied.y, rise = rise_of(rim_away(tag, varied), vertex);\n" \
+    SS_RIM_AWAY_GLSL \
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value) {\n" \
+    "    float vertex = varied.y;\n" \
+    "    precise float rise = rise_of(rim_away(tag, varied), vertex);\n" \
     "    float depth = depths[uint(texel.y) * resolution + uint(texel.x)];\n" \
     "    float receiver = depth < words[3] ? depth : words[3];\n" \
     "    key = rise / (receiver - vertex);\n" \

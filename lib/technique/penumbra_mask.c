@@ -62,18 +62,8 @@ typedef struct masking {
 
 /* How far down the light gets past the silhouette that place i of a run is of. */
 static float open_past(const masking *m, const ss_raster_run *run, uint32_t i) {
-    if (run->tag & SS_RIM_CORNER) {
-        const ss_rim_vertex *at = &m->rim->vertex[run->tag / SS_RIM_TAG];
-        const double dx = run->attribute[0][i], dy = run->attribute[2][i], length = hypot(dx, dy);
-        const double per = length > 0 ? (run->tag & SS_RIM_INSIDE ? -1 : 1) / length : 0;
-        return ss_rim_open(m->depth, m->side, at->x, at->y, (double[2]){dx * per, dy * per});
-    }
-    const ss_rim_edge *edge = &m->rim->edge[run->tag / SS_RIM_TAG];
-    const double right[2] = {edge->along[1], -edge->along[0]};
-    const double foot =
-        -run->attribute[0][i] * ss_rim_stretch(&m->rim->vertex[edge->vertex[0]], right);
-    return ss_rim_open(m->depth, m->side, run->x + i + 0.5 + foot * right[0],
-                       run->y + 0.5 + foot * right[1], right);
+    const ss_rim_foot foot = ss_rim_foot_of(m->rim, run, i, false);
+    return ss_rim_open(m->depth, m->side, foot.place, foot.outwards);
 }
 
 /* Silhouettes that no light gets past are none: hidden ones, seams, bumps in a surface that goes on. */
@@ -91,6 +81,24 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
+/* words: per_texel, near. Of what begins alike the first, where C takes the edge that is less deep: they
+ * begin alike where they are alike. */
+static const char offer_glsl[] = SS_RIM_GLSL
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value) {\n"
+    "    float edge = varied.y;\n"
+    "    precise float away = abs(rim_away(tag, varied)) - 2.0, least = edge + words[1];\n"
+    "    key = edge + (away > 0.0 ? away * words[0] : 0.0);\n"
+    "    value = vec4(edge, 0.0, 0.0, 0.0);\n"
+    "    return rim_open(rim_foot(tag, texel, varied, false)) > least;\n"
+    "}\n";
+
+/* Where offers go when a GPU has chosen among them. */
+static void keep(void *ctx, uint32_t x, uint32_t y, float begins, const float value[4]) {
+    const masking *m = ctx;
+    float *texel = m->texels + ((size_t)y * m->side + x) * MASK_CHANNELS;
+    texel[MASK_VOLUME] = begins, texel[MASK_EDGE] = value[0];
+}
+
 static double width(const void *ctx, const ss_rim_vertex *vertex) {
     const ss_frame *frame = ctx;
     return fmax(0, WIDER * ss_frame_rate(frame) * (frame->far_h - vertex->h)) + RAISE;
@@ -98,13 +106,23 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 
 static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_silhouette *found) {
     const ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true};
+    const float words[] = {m->per_texel, m->near};
+    ss_raster_ink ink = {.shade = shade,
+                         .ctx = m,
+                         .offer_glsl = offer_glsl,
+                         .first_key = SS_MAP_FAR,
+                         .keep = keep,
+                         .keep_ctx = m};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, m->frame, m->side);
     m->rim = &rim;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
-    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, m->side, shade, m, stage->pool);
+    if (!status) {
+        ss_rim_tables(&rim, m->depth, m->side, words, sizeof words / sizeof *words, &ink);
+        status = stage->raster->keep(triangles, count, m->side, &ink, stage->pool);
+    }
     ss_free(triangles);
     ss_rim_free(&rim);
     return status;

@@ -58,57 +58,125 @@ typedef struct volumes {
     float *texels, *key;
     uint32_t side;
     float per_texel; /* of distance, in h: the light's cone */
+    float climb;     /* the same of the volumes, which are wider */
     float near;      /* how much a surface may sink from one texel to the next and still be one */
     float steep;     /* and how much deeper than the edge the map may have it there */
+    float far;
     bool mirrored, paper;
 } volumes;
 
 /* What is offered to a texel. */
 typedef struct offer {
-    float away; /* from the edge, in texels, > 0 outside */
-    float edge; /* h of the edge there */
-    float open; /* how far down the light gets past the edge */
-    const float *ends;
+    float away;  /* from the edge, in texels, > 0 outside */
+    float edge;  /* h of the edge there */
+    float open;  /* how far down the light gets past the edge */
+    float depth; /* of the texel */
 } offer;
 
 /* Does the volume stand before anything here? Inside, the occluder has to cover the texel; outside,
  * there has to be a receiver that the penumbra has begun on. At the edge snapping decides what covers
  * the texel's centre. */
-static bool matters(const volumes *v, const offer *o, float depth, float rise) {
+static bool matters(const volumes *v, const offer *o, float rise) {
     if (o->open < o->edge - v->near) return false;
-    if (o->away <= 0) return depth < o->edge + v->steep - v->near * o->away;
-    if (o->away <= 1) return depth > o->edge - v->near;
-    return depth > o->edge && depth > o->edge + rise;
+    if (o->away <= 0) return o->depth < o->edge + v->steep - v->near * o->away;
+    if (o->away <= 1) return o->depth > o->edge - v->near;
+    return o->depth > o->edge && o->depth > o->edge + rise;
 }
 
 /* By which the texel's edge is chosen: how far it passes from the light's centre. */
-static float key_of(const volumes *v, const offer *o, float depth, float rise) {
-    const float far = (float)v->frame->far_h, receiver = depth < far && o->away > 0 ? depth : far;
+static float key_of(const volumes *v, const offer *o, float rise) {
+    const float receiver = o->depth < v->far && o->away > 0 ? o->depth : v->far;
     if (v->paper) return o->edge + rise;
-    return fabsf(o->away) * v->per_texel / fmaxf(receiver - o->edge, v->near);
+    const float gap = receiver - o->edge;
+    return fabsf(o->away) * v->per_texel / (gap > v->near ? gap : v->near);
+}
+
+/* Where the volume begins; what covers the texel is not behind the edge, however deep it sinks. */
+static float begin_of(const volumes *v, const offer *o, float rise) {
+    const float begin = o->edge + rise;
+    const bool covered = o->away <= 0 || (o->away <= 1 && o->depth < o->edge + v->steep);
+    return covered && !v->paper && o->depth > begin ? o->depth : begin;
 }
 
 /* Where the volume ends for good: outside on the surface in the map, inside on the one that light past
  * the edge falls on; there it may have sunk on its way. */
-static float end_of(const volumes *v, const offer *o, float depth) {
+static float end_of(const volumes *v, const offer *o) {
+    const float sunk = o->edge + v->steep;
     if (v->paper || (o->away <= 0 && o->open == SS_MAP_FAR)) return SS_MAP_FAR;
-    if (o->away <= 0) return fmaxf(o->open, o->edge + v->steep) + v->near * (2.5f - o->away);
-    return o->away <= 1 && depth < o->edge + v->steep ? SS_MAP_FAR : depth;
+    if (o->away <= 0) return (o->open > sunk ? o->open : sunk) + v->near * (2.5f - o->away);
+    return o->away <= 1 && o->depth < sunk ? SS_MAP_FAR : o->depth;
 }
 
-static void give(const volumes *v, uint32_t x, uint32_t y, const offer *o) {
+/* While volumes are drawn a texel's ends are the tag of what it has them from, in two numbers that
+ * floats hold. */
+#define TAG_PARTS 4096
+
+static void store(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
+    const volumes *v = ctx;
     const size_t at = (size_t)y * v->side + x;
-    const float depth = v->depth[at], beyond = fmaxf(fabsf(o->away) - RAISE, 0);
-    const float rise = beyond * v->per_texel / (float)WIDER, key = key_of(v, o, depth, rise);
-    if (!(key < v->key[at]) || (!v->paper && !matters(v, o, depth, rise))) return;
     float *texel = v->texels + at * VOLUME_CHANNELS;
     v->key[at] = key;
-    /* what covers the texel is not behind the edge, however deep it sinks */
-    const bool covered = o->away <= 0 || (o->away <= 1 && depth < o->edge + v->steep);
-    texel[VOLUME_DEPTH] = covered && !v->paper ? fmaxf(o->edge + rise, depth) : o->edge + rise;
-    texel[VOLUME_END] = end_of(v, o, depth);
-    memcpy(texel + VOLUME_FROM, o->ends, 6 * sizeof *texel);
+    texel[VOLUME_DEPTH] = value[0], texel[VOLUME_END] = value[1];
+    texel[VOLUME_FROM] = value[2], texel[VOLUME_FROM + 1] = value[3];
 }
+
+/* A disc (where more than two edges meet) is inside where it is covered; on a vertex the edges that meet
+ * there have what there is. */
+static void shade(void *ctx, const ss_raster_run *run) {
+    const volumes *v = ctx;
+    const size_t first = (size_t)run->y * v->side + run->x;
+    for (uint32_t i = 0; i < run->n; i++) {
+        const float edge = run->attribute[1][i], depth = v->depth[first + i];
+        const ss_rim_foot foot = ss_rim_foot_of(v->rim, run, i, depth < edge + v->steep);
+        if (foot.outwards[0] == 0 && foot.outwards[1] == 0) continue;
+        const offer o = {foot.away, edge,
+                         ss_rim_open(v->depth, v->side, foot.place, foot.outwards), depth};
+        const float beyond = fabsf(o.away) - RAISE, rise = beyond > 0 ? beyond * v->climb : 0;
+        const float key = key_of(v, &o, rise);
+        if (!(key < v->key[first + i]) || (!v->paper && !matters(v, &o, rise))) continue;
+        const uint32_t tag = run->tag | (foot.inside ? SS_RIM_INSIDE : 0);
+        const float value[4] = {begin_of(v, &o, rise), end_of(v, &o), (float)(tag / TAG_PARTS),
+                                (float)(tag % TAG_PARTS)};
+        store(ctx, run->x + i, run->y, key, value);
+    }
+}
+
+/* words: per_texel, climb, near, steep, far, paper. All the above. */
+static const char offer_glsl[] = SS_RIM_GLSL
+    "bool matters(float depth, float edge, float away, float open, float rise) {\n"
+    "    precise float above = edge - words[2], below = edge + words[3] - words[2] * away;\n"
+    "    precise float begun = edge + rise;\n"
+    "    if (open < above) return false;\n"
+    "    if (away <= 0.0) return depth < below;\n"
+    "    if (away <= 1.0) return depth > above;\n"
+    "    return depth > edge && depth > begun;\n"
+    "}\n"
+    "float end_of(float depth, float edge, float away, float open) {\n"
+    "    precise float sunk = edge + words[3], lower = words[2] * (2.5 - away);\n"
+    "    precise float end = (open > sunk ? open : sunk) + lower;\n"
+    "    if (words[5] != 0.0 || (away <= 0.0 && open == 1e30)) return 1e30;\n"
+    "    if (away <= 0.0) return end;\n"
+    "    return away <= 1.0 && depth < sunk ? 1e30 : depth;\n"
+    "}\n"
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value) {\n"
+    "    float depth = depth_at(texel), edge = varied.y;\n"
+    "    precise float sunk = edge + words[3];\n"
+    "    Foot f = rim_foot(tag, texel, varied, depth < sunk);\n"
+    "    float away = f.away, open = rim_open(f);\n"
+    "    precise float beyond = abs(away) - 2.0, rise = beyond > 0.0 ? beyond * words[1] : 0.0;\n"
+    "    precise float begin = edge + rise;\n"
+    "    float receiver = depth < words[4] && away > 0.0 ? depth : words[4];\n"
+    "    precise float gap = receiver - edge;\n"
+    "    key = words[5] != 0.0 ? begin : abs(away) * words[0] / (gap > words[2] ? gap : words[2]);\n"
+    "    bool covered = away <= 0.0 || (away <= 1.0 && depth < sunk);\n"
+    "    uint side = tag | (f.inside ? 2u : 0u);\n"
+    "    value.x = covered && words[5] == 0.0 && depth > begin ? depth : begin;\n"
+    "    value.y = end_of(depth, edge, away, open);\n"
+    "    value.zw = vec2(side / 4096u, side % 4096u);\n"
+    "    return f.outwards != vec2(0.0) && (words[5] != 0.0 || matters(depth, edge, away, open, rise));\n"
+    "}\n";
+
+/* ---- the edges' ends ------------------------------------------------------------------------ */
 
 /* Map coordinates to local ones. */
 static void lift(const ss_frame *frame, double column, double row, double h, float out[3]) {
@@ -136,22 +204,6 @@ static void ends_across(const volumes *v, const ss_rim_vertex *at, const double 
     lift(v->frame, at->x - reach * outwards[1], at->y + reach * outwards[0], at->h, ends + 3);
 }
 
-static void shade_strip(const volumes *v, const ss_raster_run *run) {
-    const ss_rim_edge *edge = &v->rim->edge[run->tag / SS_RIM_TAG];
-    const double right[2] = {edge->along[1], -edge->along[0]};
-    const double wide = ss_rim_stretch(&v->rim->vertex[edge->vertex[0]], right);
-    float ends[6];
-    ends_of(v, edge, ends);
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float away = run->attribute[0][i];
-        const double foot = -wide * away;
-        const double x = run->x + i + 0.5 + foot * right[0], y = run->y + 0.5 + foot * right[1];
-        const offer o = {away, run->attribute[1][i],
-                         ss_rim_open(v->depth, v->side, x, y, right), ends};
-        give(v, run->x + i, run->y, &o);
-    }
-}
-
 /* The mitre of [Cou05] figure 4.2: of a corner's two edges the one on whose side of it the place is. */
 static void mitre(const volumes *v, const ss_rim_vertex *at, const double place[2], float ends[6]) {
     double farthest = -1;
@@ -165,32 +217,30 @@ static void mitre(const volumes *v, const ss_rim_vertex *at, const double place[
     }
 }
 
-/* Around a vertex; a whole disc (where more than two edges meet) is inside where it is covered. */
-static void shade_corner(const volumes *v, const ss_raster_run *run) {
-    const ss_rim_vertex *at = &v->rim->vertex[run->tag / SS_RIM_TAG];
-    const bool disc = run->tag & SS_RIM_DISC;
-    for (uint32_t i = 0; i < run->n; i++) {
-        const float h = run->attribute[1][i], away = ss_rim_away(run, i);
-        const double place[2] = {run->attribute[0][i], run->attribute[2][i]};
-        const double length = sqrt(place[0] * place[0] + place[1] * place[1]);
-        bool inside = run->tag & SS_RIM_INSIDE;
-        if (disc) inside = v->depth[(size_t)run->y * v->side + run->x + i] < h + v->steep;
-        if (!(length > 0)) continue; /* the edges that meet there have it */
-        const double per = (inside ? -1 : 1) / length, out[2] = {place[0] * per, place[1] * per};
-        float ends[6];
-        ends_across(v, at, out, ends);
-        if (v->paper && !disc) mitre(v, at, place, ends);
-        const offer o = {inside ? -away : away, h,
-                         ss_rim_open(v->depth, v->side, at->x, at->y, out), ends};
-        give(v, run->x + i, run->y, &o);
-    }
+static void ends_around(const volumes *v, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
+    const ss_rim_vertex *at = &v->rim->vertex[tag / SS_RIM_TAG];
+    const double place[2] = {x + .5 - at->x, y + .5 - at->y};
+    const double length = sqrt(place[0] * place[0] + place[1] * place[1]);
+    const double per = length > 0 ? (tag & SS_RIM_INSIDE ? -1 : 1) / length : 0;
+    ends_across(v, at, (double[2]){place[0] * per, place[1] * per}, ends);
+    if (v->paper && !(tag & SS_RIM_DISC)) mitre(v, at, place, ends);
 }
 
-static void shade(void *ctx, const ss_raster_run *run) {
-    if (run->tag & SS_RIM_CORNER)
-        shade_corner(ctx, run);
-    else
-        shade_strip(ctx, run);
+static softshadow_status settle_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const volumes *v = ctx;
+    for (uint32_t y = (uint32_t)begin; y < end; y++) {
+        for (uint32_t x = 0; x < v->side; x++) {
+            float *texel = v->texels + ((size_t)y * v->side + x) * VOLUME_CHANNELS;
+            if (texel[VOLUME_DEPTH] == SS_MAP_FAR) continue;
+            const uint32_t tag =
+                (uint32_t)texel[VOLUME_FROM] * TAG_PARTS + (uint32_t)texel[VOLUME_FROM + 1];
+            if (tag & SS_RIM_CORNER)
+                ends_around(v, tag, x, y, texel + VOLUME_FROM);
+            else
+                ends_of(v, &v->rim->edge[tag / SS_RIM_TAG], texel + VOLUME_FROM);
+        }
+    }
+    return SOFTSHADOW_OK;
 }
 
 /* The penumbra's half width at the farthest receiver, raised. */
@@ -203,13 +253,24 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 
 static softshadow_status draw_volumes(const ss_stage *stage, volumes *v, const ss_silhouette *found) {
     const ss_rim_style style = {.width = width, .ctx = v->frame, .inside = true};
+    const float words[] = {v->per_texel, v->climb, v->near, v->steep, v->far, v->paper};
+    ss_raster_ink ink = {.shade = shade,
+                         .ctx = v,
+                         .offer_glsl = offer_glsl,
+                         .first_key = SS_MAP_FAR,
+                         .keep = store,
+                         .keep_ctx = v};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, v->frame, v->side);
     v->rim = &rim;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
-    if (!status) status = ss_raster_cpu.draw(triangles, count, 4, v->side, shade, v, stage->pool);
+    if (!status) {
+        ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);
+        status = stage->raster->keep(triangles, count, v->side, &ink, stage->pool);
+    }
+    if (!status) status = ss_parallel_for(stage->pool, v->side, 16, settle_rows, v);
     ss_free(triangles);
     ss_rim_free(&rim);
     return status;
@@ -226,6 +287,8 @@ static softshadow_status build_face(const ss_stage *stage, volume_state *state,
                  .texels = maps->plane + face * n * VOLUME_CHANNELS,
                  .side = side,
                  .per_texel = (float)(1 / ss_frame_rate(frame)),
+                 .climb = (float)(1 / (WIDER * ss_frame_rate(frame))),
+                 .far = (float)frame->far_h,
                  .mirrored = ss_frame_mirrored(frame),
                  .paper = state->paper};
     v.near = fminf(v.per_texel, (float)(NEAR * frame->texel));

@@ -91,6 +91,24 @@ static void collect(collector *c, const ss_silhouette_edge *found) {
     c->out->edge[c->out->edge_count++] = edge;
 }
 
+static bool lay_out(ss_rim *rim) {
+    rim->rows = rim->edge_count > rim->vertex_count ? rim->edge_count : rim->vertex_count;
+    rim->row = ss_alloc(rim->rows, SS_RIM_ROW * sizeof *rim->row);
+    if (!rim->row) return false;
+    for (size_t i = 0; i < rim->edge_count; i++) {
+        const ss_rim_edge *edge = &rim->edge[i];
+        const double right[2] = {edge->along[1], -edge->along[0]};
+        float *row = rim->row + i * SS_RIM_ROW;
+        row[SS_RIM_RIGHT] = (float)right[0], row[SS_RIM_RIGHT + 1] = (float)right[1];
+        row[SS_RIM_WIDE] = (float)ss_rim_stretch(&rim->vertex[edge->vertex[0]], right);
+    }
+    for (size_t i = 0; i < rim->vertex_count; i++) {
+        float *place = rim->row + i * SS_RIM_ROW + SS_RIM_PLACE;
+        place[0] = (float)rim->vertex[i].x, place[1] = (float)rim->vertex[i].y;
+    }
+    return true;
+}
+
 softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
                                    const ss_frame *frame, uint32_t resolution) {
     *out = (ss_rim){0};
@@ -107,29 +125,43 @@ softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silh
     }
     for (size_t i = 0; i < found->count && !status; i++) collect(&c, &found->edges[i]);
     ss_free(c.number);
+    if (!status && !lay_out(out)) {
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
+        ss_rim_free(out);
+    }
     return status;
 }
 
 void ss_rim_free(ss_rim *rim) {
     ss_free(rim->vertex);
     ss_free(rim->edge);
+    ss_free(rim->row);
     *rim = (ss_rim){0};
 }
 
 /* ---- what is around it ---------------------------------------------------------------------- */
 
-static float depth_near(const float *depth, uint32_t side, double x, double y) {
-    const double most = side - 1;
+static float depth_near(const float *depth, uint32_t side, float x, float y) {
+    const float most = (float)(side - 1);
     const uint32_t column = (uint32_t)(x > 0 ? x < most ? x : most : 0);
     const uint32_t row = (uint32_t)(y > 0 ? y < most ? y : most : 0);
     return depth[(size_t)row * side + column];
 }
 
-float ss_rim_open(const float *depth, uint32_t side, double x, double y, const double outwards[2]) {
+float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]) {
     const float near =
-        depth_near(depth, side, x + 1.5 * outwards[0], y + 1.5 * outwards[1]);
-    const float far = depth_near(depth, side, x + 2.5 * outwards[0], y + 2.5 * outwards[1]);
-    return fmaxf(near, far);
+        depth_near(depth, side, place[0] + 1.5f * outwards[0], place[1] + 1.5f * outwards[1]);
+    const float far =
+        depth_near(depth, side, place[0] + 2.5f * outwards[0], place[1] + 2.5f * outwards[1]);
+    return near > far ? near : far;
+}
+
+void ss_rim_tables(const ss_rim *rim, const float *depth, uint32_t side, const float *words,
+                   size_t word_count, ss_raster_ink *ink) {
+    ink->table[0] = (ss_raster_table){depth, (size_t)side * side * sizeof *depth};
+    ink->table[1] = (ss_raster_table){words, word_count * sizeof *words};
+    ink->table[2] = (ss_raster_table){rim->row, rim->rows * SS_RIM_ROW * sizeof *rim->row};
+    ink->tables = 3;
 }
 
 /* ---- drawing -------------------------------------------------------------------------------- */

@@ -35,7 +35,12 @@ typedef struct ss_rim {
     ss_rim_vertex *vertex;
     ss_rim_edge *edge;
     size_t vertex_count, edge_count;
+    float *row; /* SS_RIM_ROW a row, for what is drawn: of edge i and of vertex i */
+    size_t rows;
 } ss_rim;
+
+/* A row: the way outwards of an edge in (X, Y), how much wider its penumbra is; the vertex's place. */
+enum { SS_RIM_RIGHT, SS_RIM_WIDE = 2, SS_RIM_PLACE, SS_RIM_ROW = 5 };
 
 /* The silhouette as the light's frames see it; stage needs topology and silhouettes. */
 softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out);
@@ -72,18 +77,90 @@ static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
     return square > 0 ? square / sqrtf(square + lean * lean) : 0;
 }
 
-/* The same as text, for offers (raster.h, ss_raster_ink). */
-#define SS_RIM_GLSL \
+/* What texel i of a run hangs on. */
+typedef struct ss_rim_foot {
+    float away;                /* from it, in texels, > 0 outside, < 0 inside */
+    float place[2];            /* the nearest on its edge; its vertex */
+    float outwards[2];         /* across the edge there, a unit vector; 0 0: on a vertex */
+    bool inside;
+} ss_rim_foot;
+/* covered: does the occluder cover the texel? Discs are inside where it does. */
+static inline ss_rim_foot ss_rim_foot_of(const ss_rim *rim, const ss_raster_run *run, uint32_t i,
+                                         bool covered) {
+    const float *row = rim->row + (size_t)(run->tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const float away = ss_rim_away(run, i), dx = run->attribute[0][i];
+    if (!(run->tag & SS_RIM_CORNER)) {
+        const float right[2] = {row[SS_RIM_RIGHT], row[SS_RIM_RIGHT + 1]};
+        const float foot = row[SS_RIM_WIDE] * away;
+        const float x = (float)(run->x + i) + .5f, y = (float)run->y + .5f;
+        return (ss_rim_foot){away,
+                             {x - foot * right[0], y - foot * right[1]},
+                             {right[0], right[1]},
+                             away < 0};
+    }
+    const bool inside = run->tag & SS_RIM_DISC ? covered : run->tag & SS_RIM_INSIDE;
+    const float dy = run->attribute[2][i], length = sqrtf(dx * dx + dy * dy);
+    const float sign = inside ? -1 : 1, per = length > 0 ? sign / length : 0;
+    return (ss_rim_foot){sign * away,
+                         {row[SS_RIM_PLACE], row[SS_RIM_PLACE + 1]},
+                         {dx * per, dy * per},
+                         inside};
+}
+
+/* How deep light gets past a silhouette: the map's depth a little outside of a place on it, one and a
+ * half texels away where its own surface has ended, or two and a half where a bend is still in the way.
+ * Above the edge: something nearer hides the silhouette. */
+float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]);
+
+/* The same as text, for offers (raster.h, ss_raster_ink), operation by operation. */
+#define SS_RIM_AWAY_GLSL \
     "float rim_away(uint tag, vec4 varied) {\n" \
-    "    float square = varied.x * varied.x + varied.z * varied.z;\n" \
+    "    precise float square = varied.x * varied.x + varied.z * varied.z;\n" \
     "    if ((tag & 1u) == 0u) return varied.x;\n" \
-    "    return square > 0.0 ? square / sqrt(square + varied.w * varied.w) : 0.0;\n" \
+    "    precise float away = square > 0.0 ? square / sqrt(square + varied.w * varied.w) : 0.0;\n" \
+    "    return away;\n" \
     "}\n"
 
-/* How deep light gets past a silhouette: the map's depth a little outside of the place (x, y) on it, one
- * and a half texels away where its own surface has ended, or two and a half where a bend is still in the
- * way. Above the edge: something nearer hides the silhouette. */
-float ss_rim_open(const float *depth, uint32_t side, double x, double y, const double outwards[2]);
+/* With the face's depths, a technique's own numbers and the rim's rows: see ss_rim_tables(). */
+#define SS_RIM_GLSL SS_RIM_AWAY_GLSL \
+    "layout(std430, binding = 4) readonly buffer Depths { float depths[]; };\n" \
+    "layout(std430, binding = 5) readonly buffer Words { float words[]; };\n" \
+    "layout(std430, binding = 6) readonly buffer Rows { float rows[]; };\n" \
+    "float depth_at(ivec2 at) { return depths[uint(at.y) * resolution + uint(at.x)]; }\n" \
+    "struct Foot { float away; vec2 place; vec2 outwards; bool inside; };\n" \
+    "Foot rim_foot(uint tag, ivec2 texel, vec4 varied, bool covered) {\n" \
+    "    uint row = (tag >> 3u) * 5u;\n" \
+    "    precise Foot f;\n" \
+    "    f.away = rim_away(tag, varied);\n" \
+    "    if ((tag & 1u) == 0u) {\n" \
+    "        precise float foot = rows[row + 2u] * f.away;\n" \
+    "        f.outwards = vec2(rows[row], rows[row + 1u]);\n" \
+    "        f.place = vec2(texel) + 0.5 - foot * f.outwards;\n" \
+    "        f.inside = f.away < 0.0;\n" \
+    "        return f;\n" \
+    "    }\n" \
+    "    f.inside = (tag & 4u) != 0u ? covered : (tag & 2u) != 0u;\n" \
+    "    precise float reach = sqrt(varied.x * varied.x + varied.z * varied.z);\n" \
+    "    float side = f.inside ? -1.0 : 1.0;\n" \
+    "    precise float per = reach > 0.0 ? side / reach : 0.0;\n" \
+    "    f.away = side * f.away;\n" \
+    "    f.place = vec2(rows[row + 3u], rows[row + 4u]);\n" \
+    "    f.outwards = vec2(varied.x * per, varied.z * per);\n" \
+    "    return f;\n" \
+    "}\n" \
+    "float rim_depth(vec2 at) {\n" \
+    "    float most = float(resolution - 1u);\n" \
+    "    uint x = uint(at.x > 0.0 ? at.x < most ? at.x : most : 0.0);\n" \
+    "    uint y = uint(at.y > 0.0 ? at.y < most ? at.y : most : 0.0);\n" \
+    "    return depths[y * resolution + x];\n" \
+    "}\n" \
+    "float rim_open(Foot f) {\n" \
+    "    precise vec2 near = f.place + 1.5 * f.outwards, far = f.place + 2.5 * f.outwards;\n" \
+    "    return max(rim_depth(near), rim_depth(far));\n" \
+    "}\n"
+/* The ink's tables for it. */
+void ss_rim_tables(const ss_rim *rim, const float *depth, uint32_t side, const float *words,
+                   size_t word_count, ss_raster_ink *ink);
 
 /* The triangles, to be freed with ss_free; *count of them. */
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,

@@ -118,7 +118,8 @@ static void test_watertight(void **state) {
             uint8_t *count = calloc(RES * RES, 1);
             float *sum = calloc(RES * RES, sizeof *sum);
             tally tl = {RES, count, sum};
-            assert_int_equal(ss_raster_cpu.draw(t, n, 1, RES, count_run, &tl, pool), SOFTSHADOW_OK);
+            const ss_raster_ink ink = {.shade = count_run, .ctx = &tl};
+            assert_int_equal(ss_raster_cpu.keep(t, n, RES, &ink, pool), SOFTSHADOW_OK);
             for (int y = 0; y < RES; y++) {
                 for (int x = 0; x < RES; x++) {
                     assert_int_equal(count[y * RES + x], 1);

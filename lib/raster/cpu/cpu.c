@@ -89,16 +89,15 @@ static softshadow_status peel(const ss_raster_casters *casters, const float *abo
 
 typedef struct sketch {
     const ss_raster_triangle *triangles;
-    uint32_t used, resolution;
-    ss_raster_shade *shade;
-    void *ctx;
+    uint32_t resolution;
+    const ss_raster_ink *ink;
     ss_bins bins;
 } sketch;
 
 static bool sketch_rows(const void *ctx, size_t i, int32_t *first, int32_t *last) {
     const sketch *s = ctx;
     ss_scan_corner corner[SS_CLIP_MOST];
-    const int count = ss_raster_triangle_corners(&s->triangles[i], s->used, corner);
+    const int count = ss_raster_triangle_corners(&s->triangles[i], corner);
     return ss_scan_corner_rows(corner, count, s->resolution, first, last);
 }
 
@@ -109,33 +108,28 @@ static softshadow_status sketch_bands(void *ctx, uint64_t begin, uint64_t end) {
         for (uint32_t i = s->bins.first[band]; i < s->bins.first[band + 1]; i++) {
             const uint32_t t = s->bins.item[i];
             ss_scan_corner corner[SS_CLIP_MOST];
-            const int count = ss_raster_triangle_corners(&s->triangles[t], s->used, corner);
+            const int count = ss_raster_triangle_corners(&s->triangles[t], corner);
             for (int k = 2; k < count; k++) {
                 const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
                 ss_scan scan;
                 if (!ss_scan_snap(&scan, part, s->resolution)) continue;
-                ss_scan_gradients(&scan, part, s->used);
-                ss_scan_runs(&scan, first, first + SS_BAND - 1, s->used, s->triangles[t].tag, s->shade,
-                             s->ctx);
+                ss_scan_gradients(&scan, part, SS_RASTER_ATTRIBUTES);
+                ss_scan_runs(&scan, first, first + SS_BAND - 1, SS_RASTER_ATTRIBUTES,
+                             s->triangles[t].tag, s->ink->shade, s->ink->ctx);
             }
         }
     }
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status draw(const ss_raster_triangle *triangles, size_t count, uint32_t used,
-                              uint32_t resolution, ss_raster_shade *shade, void *ctx, ss_pool *pool) {
-    sketch s = {.triangles = triangles, .used = used, .resolution = resolution, .shade = shade, .ctx = ctx};
+static softshadow_status keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
+                              const ss_raster_ink *ink, ss_pool *pool) {
+    sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
     softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, &s, pool);
     if (!status) status = ss_parallel_for(pool, s.bins.bands, 1, sketch_bands, &s);
     ss_bins_free(&s.bins);
     return status;
 }
 
-static softshadow_status keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool) {
-    return draw(triangles, count, SS_RASTER_ATTRIBUTES, resolution, ink->shade, ink->ctx, pool);
-}
-
 const ss_raster ss_raster_cpu = {
-    .name = "cpu", .depth = depth, .peel = peel, .draw = draw, .keep = keep};
+    .name = "cpu", .depth = depth, .peel = peel, .keep = keep};

@@ -4,18 +4,11 @@
 #include "raster/egl/ask.h"
 #include "raster/egl/passes.h"
 
-static softshadow_status draw(const ss_raster_triangle *triangles, size_t count, uint32_t used,
-                              uint32_t resolution, ss_raster_shade *shade, void *ctx,
-                              ss_pool *pool) {
-    return ss_raster_cpu.draw(triangles, count, used, resolution, shade, ctx, pool);
-}
-
 const ss_raster ss_raster_egl = {
     .name = "egl",
     .open = ss_egl_open,
     .depth = ss_egl_depth,
     .peel = ss_egl_peel,
-    .draw = draw,
     .keep = ss_egl_keep,
     .load = ss_egl_program_load,
     .submit = ss_egl_submit,

@@ -7,14 +7,14 @@
 #include "base/memory.h"
 #include "raster/egl/walk.h"
 
-enum { VALUES = 1, KEYS = 2, BEFORE = 3, TABLES = 4, WINNERS = 6, MOST_TABLES = 2 };
+enum { VALUES = 1, KEYS = 2, BEFORE = 3, TABLES = 4, WINNERS = 7 };
 
 #define OFFER_GLSL                                                                                 \
-    "bool offer(uint tag, ivec2 texel, vec4 varied, out float key, out vec4 value);\n"             \
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value);\n"             \
     "layout(location = 2) uniform uint first_key;\n"                                               \
     "layout(std430, binding = 2) buffer Keys { uint keys[]; };\n"                                  \
-    "layout(std430, binding = 6) buffer Winners { uint winners[]; };\n"                            \
-    "bool offered(uint scan, ivec2 at, out float key, out vec4 value) {\n"                         \
+    "layout(std430, binding = 7) buffer Winners { uint winners[]; };\n"                            \
+    "bool offered(uint scan, ivec2 at, precise out float key, out vec4 value) {\n"                         \
     "    vec4 a;\n"                                                                                \
     "    for (int k = 0; k < 4; k++) a[k] = varied(scan, k, at);\n"                                \
     "    return offer(scans[scan].tag, at, a, key, value) && key < uintBitsToFloat(first_key);\n"  \
@@ -161,7 +161,7 @@ static softshadow_status stop(ss_egl_job *job, ss_egl_context *c) {
 static softshadow_status add_triangle(const ss_raster_triangle *triangle, uint32_t resolution,
                                       ss_walk_list *list) {
     ss_scan_corner corner[SS_CLIP_MOST];
-    const int count = ss_raster_triangle_corners(triangle, SS_RASTER_ATTRIBUTES, corner);
+    const int count = ss_raster_triangle_corners(triangle, corner);
     softshadow_status status = SOFTSHADOW_OK;
     for (int i = 2; i < count && !status; i++) {
         const ss_scan_corner part[3] = {corner[0], corner[i - 1], corner[i]};
@@ -218,8 +218,8 @@ static softshadow_status keep_on(const ss_raster_triangle *triangles, size_t cou
 
 softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
-    if (!ink->offer_glsl) return ss_raster_cpu.keep(triangles, count, resolution, ink, pool);
-    if (ink->tables > MOST_TABLES) {
+    (void)pool;
+    if (ink->tables > SS_RASTER_INK_TABLES) {
         return ss_fail(SOFTSHADOW_E_INTERNAL, "EGL: an ink with %u tables", ink->tables);
     }
     keeping k = {.walk.resolution = resolution, .ink = ink};
