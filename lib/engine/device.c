@@ -47,6 +47,8 @@ softshadow_status ss_device_answer(const ss_asked *asked, const ss_point *points
         return technique->query(asked->stage, asked->state, points, n, visibility, bound, scratch,
                                 counts);
     }
-    if (!status) technique->horizon(asked->state, points, n, visibility, bound, counts);
+    if (!status) {
+        technique->horizon(asked->stage, asked->state, points, n, visibility, bound, counts);
+    }
     return status;
 }

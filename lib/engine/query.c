@@ -370,8 +370,16 @@ static softshadow_status finish_image(batch *b) {
                             .height = b->points->count / width,
                             .ids = b->points->ids,
                             .visibility = b->visibility};
-    return b->asked->technique->finish(b->asked->stage, b->asked->state, &image, b->handle->pool,
-                                       &b->totals->counts);
+    const ss_asked *asked = b->asked;
+    ss_counts *counts = &b->totals->counts;
+    softshadow_status status =
+        asked->technique->finish(asked->stage, asked->state, &image, b->handle->pool, counts);
+    if (status != SOFTSHADOW_E_BACKEND || !asked->any) return status;
+    ss_stage spared = *asked->stage;
+    spared.raster = &ss_raster_cpu;
+    counts->spared = b->points->count;
+    ss_engine_tell(b->handle, ss_message()), ss_message_clear();
+    return asked->technique->finish(&spared, asked->state, &image, b->handle->pool, counts);
 }
 
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,

@@ -15,6 +15,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/egl/depth.c \
   %D%/egl/egl.c \
   %D%/egl/gl.c %D%/egl/gl.h \
+  %D%/egl/image.c \
   %D%/egl/keep.c \
   %D%/egl/passes.h \
   %D%/egl/thread.c %D%/egl/thread.h \

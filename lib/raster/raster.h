@@ -82,6 +82,17 @@ typedef struct ss_raster_program ss_raster_program; /* a question at the machine
 typedef struct ss_raster_ticket ss_raster_ticket;   /* points on their way */
 typedef float ss_raster_look[4];                    /* column, row, h, face */
 
+/* An image to work over, pass by pass: text that defines
+ *   uint pixel(uvec2 at, uint pass)
+ * the bits of a pixel's new value, from before[] as the last pass left it, the bits of all row after row;
+ * width, height, number, and id_of(index) are there. */
+typedef struct ss_raster_image {
+    const char *glsl;
+    float *values;       /* written only when all has gone well */
+    const uint32_t *ids; /* a pixel; NULL: all the same */
+    uint32_t width, height, passes, number;
+} ss_raster_image;
+
 /* What the thread that calls has spent on copies since it last asked, in seconds. */
 typedef struct ss_raster_spent {
     double up, down;
@@ -111,6 +122,7 @@ typedef struct ss_raster {
                                 float *answers, ss_raster_ticket **out);
     softshadow_status (*wait)(ss_raster_ticket *ticket);
     void (*unload)(ss_raster_program *program); /* NULL is fine */
+    softshadow_status (*work)(const ss_raster_image *image); /* NULL: done in C */
     ss_raster_spent (*spent)(void);             /* and starts anew; NULL: there are no copies */
 } ss_raster;
 

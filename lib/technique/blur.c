@@ -3,12 +3,15 @@
 #include <math.h>
 #include <pthread.h>
 
+#include "raster/raster.h"
+
 #define REACH   (SS_MOST_BLUR / 2)
 #define COLUMNS 16 /* to one thread: those that share their cache lines */
 
 typedef struct blur {
     const ss_image *image;
     size_t reach;
+    uint64_t step;        /* of count_rows() */
     pthread_mutex_t lock; /* guards counts */
     ss_counts *counts;
 } blur;
@@ -105,12 +108,67 @@ static softshadow_status columns(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
-softshadow_status ss_blur(const ss_image *image, uint32_t across, ss_pool *pool, ss_counts *counts) {
+/* ---- on a GPU -------------------------------------------------------------------------------- */
+
+static softshadow_status count_rows(void *ctx, uint64_t begin, uint64_t end) {
+    blur *b = ctx;
+    const size_t width = b->image->width;
+    ss_counts changed = {0};
+    count(&changed, b->image->visibility + begin * width, (end - begin) * width, 1, b->step);
+    add_counts(b, &changed);
+    return SOFTSHADOW_OK;
+}
+
+/* number: the reach. Above 0x7f800000 are NaN, the sign bit apart. */
+static const char glsl[] =
+    "uint pixel(uvec2 at, uint pass) {\n"
+    "    uint i = at.y * width + at.x, own = before[i], id = id_of(i);\n"
+    "    if (own < 0x80000000u || own > 0xff800000u) return own;\n"
+    "    uint place = pass == 0u ? at.x : at.y, stride = pass == 0u ? 1u : width;\n"
+    "    uint first = place < number ? 0u : place - number;\n"
+    "    uint last = min(place + number, (pass == 0u ? width : height) - 1u);\n"
+    "    float sum = 0.0, n = 0.0;\n"
+    "    for (uint j = first; j <= last; j++) {\n"
+    "        uint k = i - (place - j) * stride, bits = before[k] & 0x7fffffffu;\n"
+    "        if (bits <= 0x7f800000u && id_of(k) == id) sum += uintBitsToFloat(bits), n += 1.0;\n"
+    "    }\n"
+    "    uint mean = floatBitsToUint(sum / n);\n"
+    "    return pass == 0u ? mean | 0x80000000u : mean;\n"
+    "}\n";
+
+static softshadow_status blur_there(blur *b, const ss_raster *raster, ss_pool *pool) {
+    const ss_image *image = b->image;
+    const ss_raster_image there = {.glsl = glsl,
+                                   .values = image->visibility,
+                                   .ids = image->ids,
+                                   .width = (uint32_t)image->width,
+                                   .height = (uint32_t)image->height,
+                                   .passes = 2,
+                                   .number = (uint32_t)b->reach};
+    ss_counts before = *b->counts;
+    b->step = (uint64_t)-1;
+    softshadow_status status = ss_parallel_for(pool, image->height, 64, count_rows, b);
+    if (!status) status = raster->work(&there);
+    const ss_raster_spent spent = raster->spent();
+    before.up += spent.up, before.down += spent.down;
+    if (status) return *b->counts = before, status;
+    b->counts->up = before.up, b->counts->down = before.down;
+    b->step = 1;
+    return ss_parallel_for(pool, image->height, 64, count_rows, b);
+}
+
+softshadow_status ss_blur(const ss_image *image, uint32_t across, const ss_raster *raster,
+                          ss_pool *pool, ss_counts *counts) {
     blur b = {.image = image, .reach = across / 2, .counts = counts};
     if (b.reach > REACH) b.reach = REACH;
     pthread_mutex_init(&b.lock, NULL);
-    softshadow_status status = ss_parallel_for(pool, image->height, 16, rows, &b);
-    if (!status) status = ss_parallel_for(pool, image->width, COLUMNS, columns, &b);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (raster->work) {
+        status = blur_there(&b, raster, pool);
+    } else {
+        status = ss_parallel_for(pool, image->height, 16, rows, &b);
+        if (!status) status = ss_parallel_for(pool, image->width, COLUMNS, columns, &b);
+    }
     pthread_mutex_destroy(&b.lock);
     return status;
 }

@@ -8,10 +8,8 @@
 
 /* A face's words: see ss_lamp_words(). */
 #define SS_LAMP_VIEW_GLSL \
-    "layout(std430, binding = 6) readonly buffer Pyramids { float pyramids[]; };\n" \
     "struct View { vec2 row[2]; vec2 reach; float texel; float area; float least; bool square;\n" \
     "              bool disk; uint face; };\n" \
-    "struct Kernel { ivec2 low; ivec2 high; ivec2 count; int step; };\n" \
     "vec3 lamp3(uint face, uint i) { return vec3(word(face, i), word(face, i + 1u), word(face, i + 2u)); }\n" \
     "bool lamp_see(uint face, vec3 look, out View v) {\n" \
     "    float inverse = word(face, 11u);\n" \
@@ -123,6 +121,8 @@
     "}\n"
 
 #define SS_LAMP_KERNEL_GLSL \
+    "layout(std430, binding = 6) readonly buffer Pyramids { float pyramids[]; };\n" \
+    "struct Kernel { ivec2 low; ivec2 high; ivec2 count; int step; };\n" \
     "uint side_at(uint level) {\n" \
     "    uint s = side();\n" \
     "    for (uint l = 0u; l < level; l++) s = (s + 1u) / 2u;\n" \

@@ -224,8 +224,9 @@ static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, 
     count(visibility, n, counts);
 }
 
-void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
-                           float *bound, ss_counts *counts) {
+void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
+                           float *visibility, float *bound, ss_counts *counts) {
+    (void)stage;
     finish(state, points, n, 0, visibility, bound, counts);
 }
 

@@ -113,8 +113,8 @@ extern const char ss_light_maps_hard_glsl[];
 softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question);
 softshadow_status ss_light_maps_tables_hard(void *state, ss_raster_question *question);
 void ss_light_maps_look(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
-void ss_light_maps_horizon(const void *state, const ss_point *points, size_t n, float *visibility,
-                           float *bound, ss_counts *counts);
+void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
+                           float *visibility, float *bound, ss_counts *counts);
 
 /* The rows of a technique's table that all of them have alike. */
 #define SS_LIGHT_MAPS_ROWS                                                                         \

@@ -22,7 +22,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "technique/blur.h"
-#include "technique/lamp.h"
+#include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 #include "technique/rim.h"
@@ -422,10 +422,157 @@ static softshadow_status query(const ss_stage *stage, const void *state, const s
 
 static softshadow_status finish(const ss_stage *stage, const void *state, const ss_image *image,
                                 ss_pool *pool, ss_counts *counts) {
-    (void)stage;
     const mask_state *mask = state;
     if (!mask->maps.plane || !mask->blur) return SOFTSHADOW_OK;
-    return ss_blur(image, mask->blur, pool, counts);
+    return ss_blur(image, mask->blur, stage->raster, pool, counts);
+}
+
+/* ---- the same on a GPU ----------------------------------------------------------------------- */
+
+/* ss_hash() in halves, the lower one first. */
+#define HASH_GLSL \
+    "uvec2 add64(uvec2 a, uvec2 b) {\n" \
+    "    uint carry, low = uaddCarry(a.x, b.x, carry);\n" \
+    "    return uvec2(low, a.y + b.y + carry);\n" \
+    "}\n" \
+    "uvec2 mul64(uvec2 a, uvec2 b) {\n" \
+    "    uint high, low;\n" \
+    "    umulExtended(a.x, b.x, high, low);\n" \
+    "    return uvec2(low, high + a.x * b.y + a.y * b.x);\n" \
+    "}\n" \
+    "uvec2 mix64(uvec2 a, int by) { return a ^ uvec2(a.x >> by | a.y << (32 - by), a.y >> by); }\n" \
+    "uvec2 hash64(uvec2 x) {\n" \
+    "    x = add64(x, uvec2(0x7f4a7c15u, 0x9e3779b9u));\n" \
+    "    x = mul64(mix64(x, 30), uvec2(0x1ce4e5b9u, 0xbf58476du));\n" \
+    "    x = mul64(mix64(x, 27), uvec2(0x133111ebu, 0x94d049bbu));\n" \
+    "    return mix64(x, 31);\n" \
+    "}\n"
+
+/* words[1] to [6]: taps, the seed's halves, paper, is the light a disk, how many numbers its profile has.
+ * Where a tap or an edge's depth is looked up on the line between two texels, floats may take the other.
+ * The sign bit says that the point was in the mask. */
+static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL HASH_GLSL
+    "layout(std430, binding = 6) readonly buffer Profile { float profile[]; };\n"
+    "struct Asked { vec3 look; uint base; mat2 from_light; float gap; };\n"
+    "vec4 texel_at(uint at) {\n"
+    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + 3u]);\n"
+    "}\n"
+    "vec4 place(Asked a, vec2 at) {\n"
+    "    float most = float(side()) - 1.0;\n"
+    "    uint column = uint(at.x > 0.0 ? at.x < most ? at.x : most : 0.0);\n"
+    "    uint row = uint(at.y > 0.0 ? at.y < most ? at.y : most : 0.0);\n"
+    "    return texel_at(a.base + row * side() + column);\n"
+    "}\n"
+    "bool in_mask(vec4 texel, float h) { return h - texel.z > 4.76837158203125e-7 * abs(h); }\n"
+    "float mean_edge(Asked a, vec2 reach, float own) {\n"
+    "    float gap = a.look.z - own, sum = 0.0, n = 0.0;\n"
+    "    for (int j = -2; j <= 2; j++) {\n"
+    "        for (int i = -2; i <= 2; i++) {\n"
+    "            vec4 t = place(a, a.look.xy + gap * reach * vec2(i, j) / 2.0);\n"
+    "            if (in_mask(t, a.look.z)) sum += a.look.z - t.w, n += 1.0;\n"
+    "        }\n"
+    "    }\n"
+    "    return n > 0.0 ? sum / n : gap;\n"
+    "}\n"
+    "bool before_light(Asked a, vec4 texel, float away, float gap) {\n"
+    "    return words[4] != 0.0 || a.look.z - texel.x >= away * gap;\n"
+    "}\n"
+    "float open_at(Asked a, vec4 texel, vec2 aim, float away) {\n"
+    "    if (!(texel.y < a.look.z)) return 1.0;\n"
+    "    if (before_light(a, texel, away, a.gap)) return 0.0;\n"
+    "    float gap = a.look.z - texel.x;\n"
+    "    vec4 own = place(a, a.look.xy + gap * aim);\n"
+    "    return own.y < a.look.z && before_light(a, own, away, gap) ? 0.0 : 1.0;\n"
+    "}\n"
+    "float tap(Asked a, vec2 st, float away) {\n"
+    "    vec2 aim = a.from_light * st, at = a.look.xy + a.gap * aim - 0.5, low = floor(at);\n"
+    "    vec2 share = at - low;\n"
+    "    float below = (1.0 - share.x) * open_at(a, place(a, low), aim, away) +\n"
+    "                  share.x * open_at(a, place(a, low + vec2(1.0, 0.0)), aim, away);\n"
+    "    float above = (1.0 - share.x) * open_at(a, place(a, low + vec2(0.0, 1.0)), aim, away) +\n"
+    "                  share.x * open_at(a, place(a, low + 1.0), aim, away);\n"
+    "    return (1.0 - share.y) * below + share.y * above;\n"
+    "}\n"
+    "vec2 to_disk(vec2 st) {\n"
+    "    if (st == vec2(0.0)) return st;\n"
+    "    bool wide = abs(st.x) > abs(st.y);\n"
+    "    float radius = wide ? st.x : st.y;\n"
+    "    float turn = wide ? 0.785398163 * (st.y / st.x) : 1.57079633 - 0.785398163 * (st.x / st.y);\n"
+    "    return radius * vec2(cos(turn), sin(turn));\n"
+    "}\n"
+    "float profile_at(float away) {\n"
+    "    uint count = uint(words[6]);\n"
+    "    if (count < 2u) return count == 0u ? 1.0 : profile[0];\n"
+    "    float at = min(away, 1.0) * float(count - 1u);\n"
+    "    uint i = min(uint(at), count - 2u);\n"
+    "    float share = at - float(i);\n"
+    "    return (1.0 - share) * profile[i] + share * profile[i + 1u];\n"
+    "}\n"
+    "float filtered(Asked a) {\n"
+    "    uint n = uint(words[1]);\n"
+    "    uvec2 seed = uvec2(uint(words[2]) | uint(words[3]) << 16, 0u);\n"
+    "    uvec2 at = uvec2(a.look.yx * 256.0), hash = hash64(add64(hash64(at), seed));\n"
+    "    float sum = 0.0, all = 0.0;\n"
+    "    for (uint k = 0u; k < n * n; k++) {\n"
+    "        vec2 jitter = vec2(hash64(add64(hash, uvec2(k, 0u)))) * 2.3283064365386963e-10;\n"
+    "        vec2 st = 2.0 * (vec2(k % n, k / n) + jitter) / float(n) - 1.0;\n"
+    "        if (words[5] != 0.0) st = to_disk(st);\n"
+    "        float away = words[5] != 0.0 ? sqrt(dot(st, st)) : max(abs(st.x), abs(st.y));\n"
+    "        float weight = profile_at(away);\n"
+    "        sum += weight * tap(a, st, away), all += weight;\n"
+    "    }\n"
+    "    return all > 0.0 ? sum / all : 1.0;\n"
+    "}\n"
+    "float marked(float seen) { return uintBitsToFloat(floatBitsToUint(seen) | 0x80000000u); }\n"
+    "float answer(vec3 look, uint face) {\n"
+    "    uint base = base_of(face);\n"
+    "    vec4 texel = texel_at(base + uint(look.y) * side() + uint(look.x));\n"
+    "    float hard = texel.y < look.z ? 0.0 : 1.0;\n"
+    "    View v;\n"
+    "    if (!in_mask(texel, look.z)) return hard;\n"
+    "    if (!lamp_see(face, look, v)) return marked(hard);\n"
+    "    float det = v.row[0].x * v.row[1].y - v.row[0].y * v.row[1].x;\n"
+    "    mat2 from = mat2(v.row[1].y, -v.row[1].x, -v.row[0].y, v.row[0].x) * (1.0 / det);\n"
+    "    Asked a = Asked(look, base, from, 0.0);\n"
+    "    a.gap = mean_edge(a, v.reach, texel.w) * (words[4] != 0.0 ? 0.5 : 1.0);\n"
+    "    return marked(filtered(a));\n"
+    "}\n";
+
+static softshadow_status tables(void *state, ss_raster_question *question) {
+    mask_state *mask = state;
+    ss_light_maps *maps = &mask->maps;
+    const ss_light *light = &maps->light;
+    if (!maps->plane) return ss_light_maps_tables_hard(state, question);
+    maps->words[1] = (float)mask->taps;
+    maps->words[2] = (float)(mask->seed & 0xffff), maps->words[3] = (float)(mask->seed >> 16);
+    maps->words[4] = mask->paper, maps->words[5] = mask->lamp[0].disk && !mask->paper;
+    maps->words[6] = (float)light->profile_count;
+    for (uint32_t i = 0; i < maps->frames.count; i++) {
+        ss_lamp_words(&mask->lamp[i], ss_light_maps_words(maps, i));
+    }
+    const softshadow_status status = ss_light_maps_ask(maps, glsl, question);
+    question->table[question->tables++] =
+        (ss_raster_table){light->profile, light->profile_count * sizeof *light->profile};
+    return status;
+}
+
+/* Answers whose sign says that they took taps: what query() does with those. */
+static void horizon(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
+                    float *visibility, float *bound, ss_counts *counts) {
+    const mask_state *mask = state;
+    const bool marks = stage->rows && mask->blur;
+    for (size_t first = 0; first < n; first += SS_LOOKS) {
+        const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
+        float *out = visibility + first;
+        bool taken[SS_LOOKS];
+        for (size_t i = 0; i < m; i++) {
+            taken[i] = signbit(out[i]);
+            counts->traced += taken[i], out[i] = fabsf(out[i]);
+        }
+        ss_light_maps_horizon(stage, state, points + first, m, out, bound ? bound + first : NULL,
+                              counts);
+        for (size_t i = 0; i < m && marks; i++) out[i] = taken[i] ? -out[i] : out[i];
+    }
 }
 
 const ss_technique ss_penumbra_mask = {
@@ -444,6 +591,10 @@ const ss_technique ss_penumbra_mask = {
     .build = build,
     .query = query,
     .finish = finish,
+    .query_glsl = glsl,
+    .tables = tables,
+    .look = ss_light_maps_look,
+    .horizon = horizon,
     .destroy = ss_light_maps_destroy,
     .bytes = ss_light_maps_bytes,
     .map_count = ss_light_maps_count,

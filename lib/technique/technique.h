@@ -85,20 +85,21 @@ typedef struct ss_technique {
     softshadow_status (*query)(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts);
-    /* Works over the answers to a whole image in place, on all threads. query() may mark points for it
+    /* Works over the answers to a whole image in place, on all threads, or on stage->raster. query() may mark points for it
      * by setting the sign bit of their answers where stage->rows is set; finish() takes the marks away
      * and brings the counts in line with what it changed. NULL: images are not special. */
     softshadow_status (*finish)(const ss_stage *stage, const void *state, const ss_image *image,
                                 ss_pool *pool, ss_counts *counts);
     /* The query once more for a GPU, in three parts; all NULL: the CPU only. `query_glsl` is a pure
      * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes points to
-     * where it starts from; `horizon` adds to its answers what no map knows, and counts. */
+     * where it starts from; `horizon` adds to its answers what no map knows, counts, and marks points
+     * as query() does. */
     const char *query_glsl;
     /* Sets question->glsl to NULL where query() needs no map. */
     softshadow_status (*tables)(void *state, struct ss_raster_question *question);
     void (*look)(const void *state, const ss_point *points, size_t n, float (*looks)[4]);
-    void (*horizon)(const void *state, const ss_point *points, size_t n, float *visibility,
-                    float *bound, ss_counts *counts);
+    void (*horizon)(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
+                    float *visibility, float *bound, ss_counts *counts);
     void (*destroy)(void *state);
     size_t (*bytes)(const void *state);                            /* held by state; may be NULL */
     uint32_t (*map_count)(const void *state);                      /* NULL: none */

@@ -76,7 +76,7 @@ static const struct scene {
     scene_mesh (*make)(void);
     double low, high;
     uint32_t resolution;
-    softshadow_light light[3];
+    softshadow_light light[4];
     uint32_t lights;
 } * scene_list(size_t *count) {
     static struct scene list[4];
@@ -89,7 +89,8 @@ static const struct scene {
                              2,
                              256,
                              {scene_sphere_light(1, 2, 5, .3), scene_rect_light(0, 0, 5, .4, .2),
-                              scene_sun_light(.3, .2, -1, .02)},
+                              scene_sun_light(.3, .2, -1, .02),
+                              scene_sphere_light(0, 0, 1.5, .1)}, /* among them: a cube of maps */
                              3};
     list[2] = (struct scene){"lumps",
                              lumps,
@@ -97,7 +98,7 @@ static const struct scene {
                              2,
                              256,
                              {scene_disk_light(1, 1, 5, -.2, -.2, -1, .3),
-                              scene_sphere_light(0, 0, 1.2, .1), /* inside: a cube of maps */
+                              scene_sphere_light(0, 0, 1.2, .1), /* inside: all is dark */
                               scene_sphere_light(1, 2, 5, 0)},
                              3};
     list[3] = (struct scene){
@@ -148,7 +149,54 @@ static void test_alike(void **state) {
             CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
             CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, list[s].name, d.rms);
             CHECK(d.max <= 1.0 / 16, "%s, %s: max %g", method, list[s].name, d.max);
+            CHECK(gpu.stats.points_traced == cpu.stats.points_traced &&
+                      gpu.stats.silhouette_edges == cpu.stats.silhouette_edges &&
+                      gpu.stats.map_bytes == cpu.stats.map_bytes,
+                  "%s, %s: other sums", method, list[s].name);
             ask_free(&cpu), ask_free(&gpu);
+        }
+        scene_free(&mesh);
+    }
+}
+
+/* Planes as they were read back. What is drawn is the same to the last bits of a device's divisions and
+ * roots, which decide, now and then, between two edges that are as good. */
+static void compare_maps(const char *what, softshadow *cpu, softshadow *gpu) {
+    uint32_t count, same;
+    OK(cpu, softshadow_map_count(cpu, &count));
+    OK(gpu, softshadow_map_count(gpu, &same));
+    CHECK(count == same && count > 0, "%s: %u maps, %u maps", what, count, same);
+    for (uint32_t i = 0; i < count; i++) {
+        softshadow_map a = SOFTSHADOW_MAP_INIT, b = SOFTSHADOW_MAP_INIT;
+        OK(cpu, softshadow_get_map(cpu, i, &a));
+        OK(gpu, softshadow_get_map(gpu, i, &b));
+        const size_t texels = (size_t)a.width * a.height;
+        CHECK(a.channels == b.channels && b.width == a.width && b.height == a.height, "%s", what);
+        size_t other = 0, held = 0;
+        for (size_t t = 0; t < texels; t++) {
+            const float *p = a.pixels + t * a.channels, *q = b.pixels + t * a.channels;
+            bool differs = false;
+            for (uint32_t k = 0; k < a.channels; k++)
+                differs |= !(fabsf(p[k] - q[k]) <= 1e-5f * (1 + fabsf(p[k])));
+            other += differs, held += p[0] != 1e30f;
+        }
+        CHECK(other <= texels / 1000, "%s: map %u: %zu of %zu texels differ", what, i, other, texels);
+        CHECK(held > 0, "%s: map %u is empty", what, i);
+    }
+}
+
+static void test_maps(void **state) {
+    const char *method = *state;
+    size_t scenes;
+    const struct scene *list = scene_list(&scenes);
+    for (size_t s = 0; s < scenes; s++) {
+        scene_mesh mesh = list[s].make();
+        for (uint32_t l = 0; l < list[s].lights && mesh.triangles; l++) {
+            ask cpu = question(method, &mesh, &list[s], &list[s].light[l], SOFTSHADOW_CPU);
+            ask gpu = question(method, &mesh, &list[s], &list[s].light[l], SOFTSHADOW_EGL);
+            softshadow *there = ask_handle(&gpu), *here = ask_handle(&cpu);
+            compare_maps(list[s].name, here, there);
+            softshadow_destroy(here), softshadow_destroy(there);
         }
         scene_free(&mesh);
     }
@@ -211,10 +259,89 @@ static void test_variants(void **state) {
         one_variant(paper[i], "paper", b, sphere);
         one_variant(paper[i], "profile", plain, dark);
     }
+    b.mask_taps = 5, b.seed = 0xfedcba98;
+    one_variant("penumbra-mask", "paper, a seed", b, turned);
+    one_variant("penumbra-mask", "profile", plain, dark);
+    one_variant("penumbra-mask", "turned rect", plain, turned);
     b = plain, b.propagate = 1;
     one_variant("penumbra-limit", "propagated", b, sphere);
     b = plain, b.depth_bias = .01;
     one_variant("hard", "depth_bias", b, sphere);
+}
+
+/* ---- images ---------------------------------------------------------------------------------- */
+
+typedef struct picture {
+    float v[POINTS];
+    softshadow_stats stats;
+} picture;
+
+/* The ground in rows, of two objects, with a few points that cannot be answered. */
+static void take(picture *out, const scene_mesh *mesh, const struct scene *s, uint32_t backend,
+                 uint32_t blur, bool ids) {
+    static uint32_t id[POINTS];
+    static float normals[POINTS][3];
+    ask q = question("penumbra-mask", mesh, s, &s->light[0], backend);
+    q.build.blur = blur, q.build.mask_taps = 2; /* noise */
+    scene_grid(points, N, s->low, s->high, s->low, s->high, 0);
+    for (int i = 0; i < POINTS; i++) {
+        id[i] = (i % N + i / N) / 24 % 2 ? 0xffffffff : 0;
+        normals[i][0] = (float)i / POINTS, normals[i][2] = i % 7 ? 1 : 0;
+        if (i % 97 == 0) points[i][0] = NAN;
+    }
+    softshadow *handle = ask_handle(&q);
+    softshadow_points batch = ask_points((const double(*)[3])points, POINTS);
+    batch.width = N, batch.ids = ids ? id : NULL, batch.normals = &normals[0][0];
+    OK(handle, softshadow_query_visibility(handle, &batch, out->v));
+    out->stats = (softshadow_stats)SOFTSHADOW_STATS_INIT;
+    OK(handle, softshadow_get_stats(handle, &out->stats));
+    CHECK(strcmp(out->stats.backend_used, backend == SOFTSHADOW_EGL ? "egl" : "cpu") == 0, "%s",
+          out->stats.backend_used);
+    softshadow_destroy(handle);
+}
+
+static double largest_change(const picture *a, const picture *b) {
+    double most = 0;
+    for (int i = 0; i < POINTS; i++) {
+        CHECK(isnan(a->v[i]) == isnan(b->v[i]), "pixel %d: %g, %g", i, a->v[i], b->v[i]);
+        if (isnan(a->v[i])) continue;
+        CHECK(!signbit(a->v[i]) && !signbit(b->v[i]), "pixel %d keeps its mark", i);
+        most = fmax(most, fabs((double)a->v[i] - b->v[i]));
+    }
+    return most;
+}
+
+/* Sums of up to 65 floats where C has doubles: 1e-5 is four times what those can be off by. A mean that
+ * is all but 1 may be 1 on one of the two, and is counted so. */
+static void test_image(void **state) {
+    (void)state;
+    size_t scenes;
+    const struct scene *s = &scene_list(&scenes)[1];
+    scene_mesh mesh = s->make();
+    static picture cpu, gpu, plain, apart;
+    take(&plain, &mesh, s, SOFTSHADOW_EGL, 0, true);
+    take(&apart, &mesh, s, SOFTSHADOW_EGL, 12, false);
+    static const uint32_t across[] = {1, 3, 12, 64};
+    for (size_t i = 0; i < COUNT(across); i++) {
+        take(&cpu, &mesh, s, SOFTSHADOW_CPU, across[i], true);
+        take(&gpu, &mesh, s, SOFTSHADOW_EGL, across[i], true);
+        const double most = largest_change(&cpu, &gpu);
+        print_message("blur over %u: max %.2e\n", across[i], most);
+        CHECK(most <= 1e-5, "blur over %u: %g", across[i], most);
+        CHECK(gpu.stats.points_traced == cpu.stats.points_traced, "other points in the mask");
+        CHECK(gpu.stats.points_lit + gpu.stats.points_umbra + gpu.stats.points_penumbra ==
+                  POINTS - gpu.stats.points_bad,
+              "sums of an image");
+        CHECK(fabs((double)gpu.stats.points_umbra - (double)cpu.stats.points_umbra) <= 4 &&
+                  fabs((double)gpu.stats.points_lit - (double)cpu.stats.points_lit) <= 4,
+              "lit and umbra");
+        CHECK(largest_change(&gpu, &plain) > .1, "nothing was blurred");
+        if (across[i] == 12) CHECK(largest_change(&gpu, &apart) > .1, "ids do not matter");
+    }
+    take(&plain, &mesh, s, SOFTSHADOW_EGL, 12, true);
+    take(&gpu, &mesh, s, SOFTSHADOW_EGL, 12, true);
+    CHECK(memcmp(gpu.v, plain.v, sizeof gpu.v) == 0, "other bits in another run");
+    scene_free(&mesh);
 }
 
 /* A build with several lights, normals and an opacity texture: what C adds to a GPU's answers. */
@@ -306,8 +433,10 @@ static void test_unsupported(void **state) {
 int main(void) {
     gpu_required();
     const ask_test tests[] = {{"CPU and GPU", test_alike, gpu_runs},
+                              {"maps", test_maps, gpu_runs},
                               {"stable", test_stable, gpu_runs}};
     const struct CMUnitTest others[] = {cmocka_unit_test(test_variants),
+                                        cmocka_unit_test(test_image),
                                         cmocka_unit_test(test_texture),
                                         cmocka_unit_test(test_unsupported)};
     const int failed = ask_run("gpu", tests, COUNT(tests));

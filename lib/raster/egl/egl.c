@@ -14,5 +14,6 @@ const ss_raster ss_raster_egl = {
     .submit = ss_egl_submit,
     .wait = ss_egl_wait,
     .unload = ss_egl_program_unload,
+    .work = ss_egl_work,
     .spent = ss_egl_spent,
 };

@@ -9,5 +9,6 @@ softshadow_status ss_egl_peel(const ss_raster_casters *casters, const float *abo
                               ss_pool *pool);
 softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);
+softshadow_status ss_egl_work(const ss_raster_image *image);
 
 #endif
