@@ -184,35 +184,29 @@ static void skip_near(scratch *s, unsigned lane) {
     }
 }
 
-/* Returns how far a point was moved. */
-static double find_contact(scratch *s, const ss_point *point, unsigned lane) {
-    ss_contact *contact = &s->contact[lane];
-    double gap[3];
-    ss_contact_find(s->stage->bvh, s->stage->world, point, s->faces, contact);
-    ss_sub(contact->p, point->p, gap);
-    for (int k = 0; k < 3; k++) s->views->at[k][lane] = contact->p[k];
-    skip_near(s, lane);
-    return contact->near_count ? ss_length(gap) : 0;
-}
-
 static void find_contacts(scratch *s, const ss_point *points, unsigned n, double ulp,
                           const double low[3], const double high[3]) {
+    const ss_stage *stage = s->stage;
     bool known = false;
     double moved = 0;
     for (unsigned lane = 0; lane < n; lane++) known |= points[lane].triangle != SS_NO_TRIANGLE;
-    ss_contact_crowd crowd = {.count = SS_LANES, .ulp = ulp};
+    ss_contact_crowd crowd = {.ulp = ulp};
     for (int k = 0; k < 3; k++) {
         crowd.at[k] = s->views->at[k], crowd.low[k] = low[k], crowd.high[k] = high[k];
     }
-    const bool none =
-        !known && ss_contact_none(s->stage->bvh, s->stage->world, &crowd, s->faces);
+    const bool together = !known && ss_contact_gather(stage->bvh, stage->world, &crowd, s->faces);
     for (unsigned lane = 0; lane < n; lane++) {
-        if (none) {
-            s->contact[lane].near_count = s->contact[lane].tested_count = 0;
-            memcpy(s->contact[lane].p, points[lane].p, sizeof s->contact[lane].p);
-        } else {
-            moved = ss_max(moved, find_contact(s, &points[lane], lane));
-        }
+        ss_contact *contact = &s->contact[lane];
+        double gap[3];
+        if (together)
+            ss_contact_find_in(&crowd, lane, stage->world, &points[lane], s->faces, contact);
+        else
+            ss_contact_find(stage->bvh, stage->world, &points[lane], s->faces, contact);
+        for (int k = 0; k < 3; k++) s->views->at[k][lane] = contact->p[k];
+        if (!contact->near_count) continue;
+        ss_sub(contact->p, points[lane].p, gap);
+        moved = ss_max(moved, ss_length(gap));
+        skip_near(s, lane);
     }
     ss_group_widen(s->group, moved);
 }

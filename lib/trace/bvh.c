@@ -45,6 +45,31 @@ static uint32_t children_near(const ss_bvh_node *node, const float below[3], con
     return (uint32_t)(bits[0] | bits[1] | bits[2] | bits[3]) & ((1u << node->count) - 1);
 }
 
+static inline floats least(floats a, floats b) {
+    const ints less = a < b;
+    return (floats)(((ints)a & less) | ((ints)b & ~less));
+}
+
+static inline floats most(floats a, floats b) {
+    const ints less = a < b;
+    return (floats)(((ints)b & less) | ((ints)a & ~less));
+}
+
+/* Slots that triangle_near() may find near, by floats that were rounded outwards. */
+static uint32_t slots_near(const ss_bvh_leaf *leaf, const float below[3], const float above[3]) {
+    ints bits = {0};
+    for (int i = 0; i < SS_BVH_WIDTH; i += 4) {
+        ints touched = {1 << i, 2 << i, 4 << i, 8 << i};
+        for (int k = 0; k < 3; k++) {
+            const floats a = four(leaf->corner[0][k] + i), b = four(leaf->corner[1][k] + i),
+                         c = four(leaf->corner[2][k] + i);
+            touched &= (least(a, least(b, c)) <= above[k]) & (most(a, most(b, c)) >= below[k]);
+        }
+        bits |= touched;
+    }
+    return (uint32_t)(bits[0] | bits[1] | bits[2] | bits[3]) & ((1u << leaf->count) - 1);
+}
+
 static bool triangle_near(const ss_bvh_leaf *leaf, uint32_t slot, const double from[3],
                           const double to[3], double radius) {
     for (int k = 0; k < 3; k++) {
@@ -100,7 +125,8 @@ size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t
                 continue;
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
-            for (uint32_t s = 0; s < leaf->count; s++) {
+            for (uint32_t t = slots_near(leaf, below, above); t; t &= t - 1) {
+                const uint32_t s = (uint32_t)__builtin_ctz(t);
                 if (!triangle_near(leaf, s, p, p, radius)) continue;
                 found++;
                 keep(triangles, room, &stored, leaf->triangle[s]);
@@ -130,7 +156,8 @@ size_t ss_bvh_near_box(const ss_bvh *bvh, const double low[3], const double high
                 continue;
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
-            for (uint32_t s = 0; s < leaf->count; s++) {
+            for (uint32_t t = slots_near(leaf, below, above); t; t &= t - 1) {
+                const uint32_t s = (uint32_t)__builtin_ctz(t);
                 if (!triangle_near(leaf, s, low, high, radius)) continue;
                 if (found == room) return room + 1;
                 triangles[found++] = leaf->triangle[s];

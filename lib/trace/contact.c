@@ -13,8 +13,7 @@
 
 #include "base/vec.h"
 
-#define ROOM 128      /* near boxes looked at */
-#define CROWD_ROOM 24 /* and for a crowd: beyond, each of it looks for itself as fast */
+#define ROOM 128 /* near boxes looked at */
 
 #define ULPS 4   /* that the distance of a face touched may be: three roundings each of point and face */
 
@@ -73,6 +72,14 @@ static void read_face(const ss_world *world, uint32_t triangle, ss_contact_face 
     const double longest = ss_max(ss_dot(one, one), ss_max(ss_dot(two, two), ss_dot(three, three)));
     face->sound = ss_dot(face->normal, face->normal) >= longest * longest / 64;
     if (!ss_normalize(face->normal)) memset(face->normal, 0, sizeof face->normal);
+    for (int c = 0; c < 3; c++) {
+        const float *v =
+            world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + (size_t)c];
+        for (int k = 0; k < 3; k++) {
+            face->low[k] = c && face->low[k] < v[k] ? face->low[k] : v[k];
+            face->high[k] = c && face->high[k] > v[k] ? face->high[k] : v[k];
+        }
+    }
     face->triangle = triangle;
     face->filled = true;
 }
@@ -129,20 +136,21 @@ static void keep(candidate *list, uint32_t *count, const candidate *found) {
     list[i] = *found;
 }
 
-/* Faces so near that they could touch p or mislead floats, nearest first; p lies on `known`. *clear: see
- * contact.h. */
-static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[3], double ulp,
-                       uint32_t known, ss_contact_face *cache, candidate *list, double *clear) {
-    uint32_t box[ROOM], count = 0;
-    const double size = host_size(world, p), reach = longest_reach(world, ulp, size);
-    double radius = SS_NEAR + reach;
-    size_t found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM); /* its boxes are floats */
+/* What was found near a point, nearest first. */
+typedef struct nearby {
+    candidate list[SS_NEAR_MOST];
+    uint32_t count;
+    double clear; /* see contact.h */
+} nearby;
+
+/* Those of the faces in `box` that could touch p or mislead floats. */
+static void sift(const ss_world *world, const double p[3], double ulp, double radius,
+                 uint32_t known, const uint32_t *box, size_t found, ss_contact_face *cache,
+                 nearby *near) {
+    const double size = host_size(world, p);
     const bool tangle = found > ROOM;
-    if (tangle) { /* only the nearest, then */
-        radius = SS_NEAR;
-        found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM);
-    }
     size_t kept = 0;
+    near->count = 0;
     for (size_t i = 0; i < found && i < ROOM; i++) {
         ss_contact_face own;
         candidate face = {.triangle = box[i]};
@@ -151,11 +159,30 @@ static uint32_t gather(const ss_bvh *bvh, const ss_world *world, const double p[
         if (face.distance > radius) continue;
         face.reach = reach_of(world, ulp, size, from->corner);
         kept++;
-        keep(list, &count, &face);
+        keep(near->list, &near->count, &face);
     }
     const bool all = !tangle && kept <= SS_NEAR_MOST;
-    *clear = all ? SS_NEAR : SS_NEAR + 2 * reach; /* the point moves by `reach`, too */
-    return count;
+    /* The point moves by as much as it reaches, too. */
+    near->clear = all ? SS_NEAR : SS_NEAR + 2 * longest_reach(world, ulp, size);
+}
+
+static double radius_of(const ss_world *world, const double p[3], double ulp) {
+    return SS_NEAR + longest_reach(world, ulp, host_size(world, p));
+}
+
+/* p lies on `known`. */
+static void gather(const ss_bvh *bvh, const ss_world *world, const double p[3], double ulp,
+                   uint32_t known, ss_contact_face *cache, nearby *near) {
+    uint32_t box[ROOM];
+    double radius = radius_of(world, p, ulp);
+    size_t found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM); /* its boxes are floats */
+    const bool tangle = found > ROOM;
+    if (tangle) { /* only the nearest, then */
+        radius = SS_NEAR;
+        found = ss_bvh_near(bvh, p, radius + 0x1p-24, box, ROOM);
+    }
+    sift(world, p, ulp, radius, known, box, found, cache, near);
+    if (tangle) near->clear = SS_NEAR + 2 * longest_reach(world, ulp, host_size(world, p));
 }
 
 /* Lists the face as tested, with its corners relative to p; false where its plane holds p. */
@@ -171,27 +198,21 @@ static bool add_tested(const ss_world *world, ss_contact *contact, uint32_t tria
     return true;
 }
 
-void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
-                     ss_contact_face *cache, ss_contact *contact) {
-    candidate list[SS_NEAR_MOST];
-    const bool known = point->triangle != SS_NO_TRIANGLE && point->ulp == 0;
-    contact->near_count = contact->tested_count = 0;
-    memcpy(contact->p, point->p, sizeof contact->p);
-    if (known) {
-        ss_contact_face own;
-        nearest_on_triangle(point->p, face_of(world, point->triangle, cache, &own), INFINITY,
-                            contact->p);
-    }
-    const uint32_t count = gather(bvh, world, contact->p, point->ulp,
-                                  known ? point->triangle : SS_NO_TRIANGLE, cache, list, &contact->clear);
-    if (!known && count > 0 && list[0].distance <= list[0].reach) {
-        memcpy(contact->p, list[0].place, sizeof contact->p);
-    }
+/* Puts the point onto the nearest face it touches, unless it is `known` to lie on one, and lists the
+ * faces. */
+static void settle(const ss_world *world, const nearby *near, uint32_t known,
+                   ss_contact *contact) {
     uint32_t tested[SS_NEAR_MOST];
-    for (uint32_t i = 0; i < count; i++) {
-        const uint32_t triangle = list[i].triangle;
-        const bool own = known && triangle == point->triangle; /* whatever its rounding */
-        const bool touches = own || list[i].distance <= list[i].reach;
+    contact->near_count = contact->tested_count = 0;
+    contact->clear = near->clear;
+    if (known == SS_NO_TRIANGLE && near->count > 0 &&
+        near->list[0].distance <= near->list[0].reach) {
+        memcpy(contact->p, near->list[0].place, sizeof contact->p);
+    }
+    for (uint32_t i = 0; i < near->count; i++) {
+        const uint32_t triangle = near->list[i].triangle;
+        const bool own = triangle == known; /* whatever its rounding */
+        const bool touches = own || near->list[i].distance <= near->list[i].reach;
         const uint32_t place = contact->tested_count;
         if (!touches && add_tested(world, contact, triangle)) tested[place] = triangle;
         else contact->near[contact->near_count++] = triangle;
@@ -200,31 +221,88 @@ void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *p
     contact->near_count += contact->tested_count;
 }
 
-/* Are all of them farther than `radius` from the face's plane? */
-static bool far_from_plane(const ss_contact_face *face, const ss_contact_crowd *crowd,
-                           double radius) {
+void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
+                     ss_contact_face *cache, ss_contact *contact) {
+    nearby near;
+    const bool on = point->triangle != SS_NO_TRIANGLE && point->ulp == 0;
+    const uint32_t known = on ? point->triangle : SS_NO_TRIANGLE;
+    memcpy(contact->p, point->p, sizeof contact->p);
+    if (on) {
+        ss_contact_face own;
+        nearest_on_triangle(point->p, face_of(world, known, cache, &own), INFINITY, contact->p);
+    }
+    gather(bvh, world, contact->p, point->ulp, known, cache, &near);
+    settle(world, &near, known, contact);
+}
+
+/* Which of them are within the radius of the face's box, and not farther than that from its plane? */
+static uint16_t near_face(const ss_contact_face *face, const ss_contact_crowd *crowd,
+                          double radius) {
     const double *n = face->normal, *x = crowd->at[0], *y = crowd->at[1], *z = crowd->at[2];
     const double place = ss_dot(n, face->corner[0]);
-    if (!face->sound) return false;
-    for (size_t i = 0; i < crowd->count; i++) {
-        if (!(fabs(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] - place) > radius)) return false;
+    const double reach = face->sound ? radius * 1.0001 : INFINITY;
+    double low[3], high[3];
+    uint64_t in[SS_CROWD];
+    uint32_t out = 0;
+    for (int k = 0; k < 3; k++) {
+        low[k] = face->low[k], high[k] = face->high[k];
+    }
+    for (int i = 0; i < SS_CROWD; i++) {
+        const double away = fabs(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] - place);
+        in[i] = (uint64_t)((low[0] - x[i] <= radius) & (x[i] - high[0] <= radius) &
+                           (low[1] - y[i] <= radius) & (y[i] - high[1] <= radius) &
+                           (low[2] - z[i] <= radius) & (z[i] - high[2] <= radius) &
+                           (away <= reach));
+    }
+    for (int i = 0; i < SS_CROWD; i++) out |= (uint32_t)in[i] << i;
+    return (uint16_t)out;
+}
+
+static void sort(uint32_t *list, size_t n) {
+    for (size_t i = 1; i < n; i++) {
+        const uint32_t moved = list[i];
+        size_t j = i;
+        for (; j > 0 && list[j - 1] > moved; j--) list[j] = list[j - 1];
+        list[j] = moved;
+    }
+}
+
+bool ss_contact_gather(const ss_bvh *bvh, const ss_world *world, ss_contact_crowd *crowd,
+                       ss_contact_face *cache) {
+    uint32_t box[SS_CROWD_MOST];
+    const double size = ss_max(host_size(world, crowd->low), host_size(world, crowd->high));
+    const double radius = SS_NEAR + longest_reach(world, crowd->ulp, size) + 0x1p-24;
+    const size_t found =
+        ss_bvh_near_box(bvh, crowd->low, crowd->high, radius, box, SS_CROWD_MOST);
+    crowd->face_count = 0;
+    if (found > SS_CROWD_MOST) return false;
+    sort(box, found);
+    for (size_t i = 0; i < found; i++) {
+        ss_contact_face own;
+        const uint16_t of = near_face(face_of(world, box[i], cache, &own), crowd, radius);
+        if (!of) continue;
+        crowd->face[crowd->face_count] = box[i], crowd->of[crowd->face_count++] = of;
     }
     return true;
 }
 
-bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const ss_contact_crowd *crowd,
-                     ss_contact_face *cache) {
-    uint32_t box[CROWD_ROOM];
-    const double size = ss_max(host_size(world, crowd->low), host_size(world, crowd->high));
-    const double radius = SS_NEAR + longest_reach(world, crowd->ulp, size) + 0x1p-24;
-    const size_t found = ss_bvh_near_box(bvh, crowd->low, crowd->high, radius, box, CROWD_ROOM);
-    if (found > CROWD_ROOM) return false;
-    for (size_t i = 0; i < found; i++) {
-        ss_contact_face own;
-        if (!far_from_plane(face_of(world, box[i], cache, &own), crowd, radius * 1.0001))
-            return false;
+void ss_contact_find_in(const ss_contact_crowd *crowd, unsigned i, const ss_world *world,
+                        const ss_point *point, ss_contact_face *cache, ss_contact *contact) {
+    uint32_t box[SS_CROWD_MOST];
+    size_t found = 0;
+    nearby near;
+    for (uint32_t j = 0; j < crowd->face_count; j++) {
+        box[found] = crowd->face[j];
+        found += crowd->of[j] >> i & 1;
     }
-    return true;
+    memcpy(contact->p, point->p, sizeof contact->p);
+    if (!found) {
+        contact->near_count = contact->tested_count = 0, contact->clear = SS_NEAR;
+        return;
+    }
+    sift(world, contact->p, point->ulp, radius_of(world, contact->p, point->ulp), SS_NO_TRIANGLE,
+         box, found, cache, &near);
+    settle(world, &near, SS_NO_TRIANGLE, contact);
 }
 
 static bool ordered(const double a[3], const double b[3]) {

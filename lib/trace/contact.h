@@ -44,22 +44,31 @@ static inline uint32_t ss_contact_touched(const ss_contact *contact) {
 #define SS_CONTACT_CACHE 256
 typedef struct ss_contact_face {
     double corner[3][3], normal[3];
+    float low[3], high[3]; /* of its corners in floats */
     uint32_t triangle;
     bool filled, sound;
 } ss_contact_face;
 
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
                      ss_contact_face *cache, ss_contact *contact);
-/* Points close together, by coordinates. */
+
+/* Points close together, by coordinates: looked at once for all of them, which no answer shows. */
+#define SS_CROWD      16
+#define SS_CROWD_MOST 64 /* faces; beyond, each point looks for itself as fast */
 typedef struct ss_contact_crowd {
-    const double *at[3];
-    size_t count;
+    const double *at[3]; /* SS_CROWD of each */
     double low[3], high[3];
     double ulp; /* the largest of theirs; none of them may lie on a known triangle */
+    /* Out: faces that may be near one of them, in ascending order, and which of them: bits. */
+    uint32_t face_count, face[SS_CROWD_MOST];
+    uint16_t of[SS_CROWD_MOST];
 } ss_contact_crowd;
-/* Is no face near any of them, so that each is as it was given? A certain yes. */
-bool ss_contact_none(const ss_bvh *bvh, const ss_world *world, const ss_contact_crowd *crowd,
-                     ss_contact_face *cache);
+/* False: there are too many faces. */
+bool ss_contact_gather(const ss_bvh *bvh, const ss_world *world, ss_contact_crowd *crowd,
+                       ss_contact_face *cache);
+/* ss_contact_find() for point number i of the crowd. */
+void ss_contact_find_in(const ss_contact_crowd *crowd, unsigned i, const ss_world *world,
+                        const ss_point *point, ss_contact_face *cache, ss_contact *contact);
 /* Does one of the tested faces block the segment from p along d, 0 < t < t_end (double, watertight
  * between faces that share an edge)? */
 bool ss_contact_blocked(const ss_contact *contact, const ss_world *world, const double d[3],
