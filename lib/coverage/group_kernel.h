@@ -53,10 +53,52 @@ static inline vm beside(const walk *w, const place v[3]) {
     return m_or(m_or(l, r), m_or(a, b));
 }
 
+/* The planes that beside() looks at, moved out by more than floats round a sum over [-1, 1] by. */
+static inline void set_cones(walk *w) {
+    const ss_group *g = w->g;
+    const vf at[4] = {f_set(0.75f), f_set(w->columns + 0.25f), f_set(0.75f),
+                      f_set(w->rows + 0.25f)};
+    for (int p = 0; p < 4; p++) {
+        const int row = p / 2;
+        vf size = f_set(0);
+        for (int k = 0; k < 4; k++) {
+            const float *of = k < 3 ? g->matrix[row][k] : g->shift[row],
+                        *t = k < 3 ? g->matrix[2][k] : g->shift[2];
+            vf n = f_fnma(at[p], f_load(t), f_load(of));
+            if (p & 1) n = f_sub(f_set(0), n);
+            f_store(w->cone[p][k], n);
+            if (k < 3) f_store(w->cone_size[p][k], f_abs(n));
+            size = f_add(size, f_add(f_abs(f_load(of)), f_mul(at[p], f_abs(f_load(t)))));
+        }
+        f_store(w->cone[p][3], f_fma(size, f_set(0x1p-20f), f_load(w->cone[p][3])));
+    }
+}
+
+/* Open lanes from which something of a child may be before the light. A group of points spread over
+ * a dense mesh has hundreds of faces in its shaft, each before the light of a point or two. */
+static inline uint32_t lanes_of(const walk *w, const ss_bvh_node *node, uint32_t i) {
+    const ss_group *g = w->g;
+    vf middle[3], half[3];
+    for (int k = 0; k < 3; k++) {
+        const float low = node->low[g->axis[k]][i], high = node->high[g->axis[k]][i];
+        middle[k] = f_set((high + low) * 0.5f), half[k] = f_set((high - low) * 0.5f);
+    }
+    vm out = m_from(0);
+    for (int p = 0; p < 4; p++) {
+        vf most = f_load(w->cone[p][3]), room = f_mul(f_load(w->cone_size[p][0]), half[0]);
+        for (int k = 0; k < 3; k++) {
+            most = f_fma(f_load(w->cone[p][k]), middle[k], most);
+            if (k) room = f_fma(f_load(w->cone_size[p][k]), half[k], room);
+        }
+        out = m_or(out, f_lt(f_add(most, room), f_set(0)));
+    }
+    return w->open & ~m_bits(out);
+}
+
 /* A face that cannot be part of an outline: clipped, near, seen from both sides or thin. */
-static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot) {
+static inline void single(walk *w, const ss_bvh_leaf *leaf, unsigned slot, uint32_t here) {
     ss_group *g = w->g;
-    uint32_t lanes = seen_by(g, leaf->triangle[slot], w->open);
+    uint32_t lanes = seen_by(g, leaf->triangle[slot], w->open & here);
     if (!lanes) return;
     place v[3];
     vf x[3][3];
@@ -99,7 +141,7 @@ static inline void leaf_uses(walk *w, const uint32_t uses[3][SS_BVH_WIDTH], uint
 }
 
 /* merge: its faces share enough edges that a common outline pays. */
-static inline void visit_leaf(walk *w, uint32_t index, bool merge) {
+static inline void visit_leaf(walk *w, uint32_t index, bool merge, uint32_t here) {
     ss_group *g = w->g;
     const ss_outline *outline = g->slab->outline;
     const ss_bvh_leaf *leaf = &g->slab->bvh->leaves[index];
@@ -116,7 +158,8 @@ static inline void visit_leaf(walk *w, uint32_t index, bool merge) {
     const uint32_t back = m_bits(s.back);
     if (joint & ~back) leaf_uses(w, outline->leaf_uses[index], joint & ~back, 0);
     if (joint & back) leaf_uses(w, outline->leaf_uses[index], joint & back, 1);
-    for (uint32_t m = rest & ~joint; m; m &= m - 1) single(w, leaf, (unsigned)__builtin_ctz(m));
+    for (uint32_t m = rest & ~joint; m; m &= m - 1)
+        single(w, leaf, (unsigned)__builtin_ctz(m), here);
     if (w->work > OFTEN) close_lanes(w);
 }
 
@@ -177,17 +220,21 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     const uint32_t count = sort_children(g, node, open, sorted);
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t child = node->child[sorted[i]];
-        if (!(child & SS_BVH_LEAF)) stack[depth++] = child;
+        if (child & SS_BVH_LEAF) continue;
+        if (g->marks || lanes_of(w, node, sorted[i])) stack[depth++] = child;
     }
     for (uint32_t i = count; i-- > 0;) {
         const uint32_t child = node->child[sorted[i]];
-        if (child & SS_BVH_LEAF) visit_leaf(w, child & ~SS_BVH_LEAF, o->whole >> sorted[i] & 1);
+        if (!(child & SS_BVH_LEAF)) continue;
+        const uint32_t here = g->marks ? w->open : lanes_of(w, node, sorted[i]);
+        if (!here) continue;
+        visit_leaf(w, child & ~SS_BVH_LEAF, o->whole >> sorted[i] & 1, here);
     }
     return depth;
 }
 
-/* How many samples differ from the next in their row, or column: how long the rims of what is covered
- * are, in cells. */
+/* How many samples differ from the next in their row, or column: how long the rims of what is
+ * covered are, in cells. */
 static inline uint32_t roughness(const uint32_t *mask, const uint32_t *outside, uint32_t words) {
     uint64_t across = 0, along = 0;
     for (uint32_t i = 0; i < words; i++) {
@@ -238,6 +285,18 @@ static inline void conclude(const walk *w) {
     }
 }
 
+static inline void walk_slab(walk *w, uint32_t slab) {
+    ss_group *g = w->g;
+    uint32_t stack[SS_BVH_STACK], depth = 0;
+    g->slab = &g->slabs[slab];
+    stack[depth++] = 0;
+    while (depth && w->open) {
+        depth--;
+        depth += visit_node(w, stack[depth], stack + depth);
+    }
+    flush(w); /* edges are numbered slab by slab */
+}
+
 static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
     _Static_assert(sizeof(walk) <= SS_GROUP_WALK_BYTES, "room for a walk");
     walk *w = g->walk;
@@ -250,16 +309,8 @@ static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
         memcpy(ss_group_mask(g, (unsigned)__builtin_ctz(m)), g->lattice->outside,
                blocks * SS_BLOCK * sizeof(uint32_t));
     }
-    for (uint32_t i = g->slab_count; i-- > 0 && w->open;) {
-        uint32_t stack[SS_BVH_STACK], depth = 0;
-        g->slab = &g->slabs[i];
-        stack[depth++] = 0;
-        while (depth && w->open) {
-            depth--;
-            depth += visit_node(w, stack[depth], stack + depth);
-        }
-        flush(w); /* edges are numbered slab by slab */
-    }
+    set_cones(w);
+    for (uint32_t i = g->slab_count; i-- > 0 && w->open;) walk_slab(w, i);
     conclude(w);
 }
 

@@ -19,7 +19,8 @@ typedef struct walk {
     uint32_t blocks, words, row_blocks;
     uint32_t open; /* lanes that still see some of the light */
     float rows, columns;
-    _Alignas(64) float row[MOST_ROW_BLOCKS * SS_BLOCK]; /* y of every row */
+    _Alignas(64) float cone[4][4][SS_LANES], cone_size[4][3][SS_LANES]; /* see set_cones() */
+    _Alignas(64) float row[MOST_ROW_BLOCKS * SS_BLOCK];                 /* y of every row */
     uint32_t work;   /* edges drawn since lanes were last closed */
     uint32_t uses;   /* in the list, before cancelling */
     unsigned planes; /* that are not all zero, at most */
