@@ -18,6 +18,7 @@
 
 #include "scenes.h"
 
+#define COUNT(array) (sizeof(array) / sizeof *(array))
 #define CHECK(condition, ...)                                                                      \
     do {                                                                                           \
         if (!(condition)) {                                                                        \

@@ -288,6 +288,23 @@ void scene_leaves(scene_mesh *mesh, unsigned count, uint64_t seed) {
     }
 }
 
+/* Its faces are corners alone, or corners with what follows a slash. */
+bool scene_bunny(scene_mesh *mesh) {
+    FILE *file = fopen("/usr/share/glmark2/models/bunny.obj", "r");
+    char line[256];
+    double v[3];
+    unsigned a, b, c;
+    while (file && fgets(line, sizeof line, file)) {
+        if (sscanf(line, "v %lf %lf %lf", &v[0], &v[1], &v[2]) == 3)
+            scene_vertex(mesh, v[0], -v[2], v[1]);
+        else if (sscanf(line, "f %u%*[^ ] %u%*[^ ] %u", &a, &b, &c) == 3 ||
+                 sscanf(line, "f %u %u %u", &a, &b, &c) == 3)
+            scene_triangle(mesh, a - 1, b - 1, c - 1);
+    }
+    if (file) fclose(file);
+    return mesh->triangles > 0;
+}
+
 void scene_append(scene_mesh *mesh, const scene_mesh *more) {
     const uint32_t base = (uint32_t)mesh->vertices;
     for (size_t i = 0; i < more->vertices; i++) {

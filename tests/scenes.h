@@ -53,6 +53,9 @@ void scene_leaves(scene_mesh *mesh, unsigned count, uint64_t seed);
 /* A wall along the y axis that stands on z = 0: x = 0, |y| <= length, 0 <= z <= height. */
 void scene_wall(scene_mesh *mesh, double length, double height);
 
+/* The Stanford bunny of glmark2, z up; false and nothing where it is not installed. */
+bool scene_bunny(scene_mesh *mesh);
+
 /* Adds all of `more`; copies; the same with every triangle cut into four at the edges' midpoints.
  */
 void scene_append(scene_mesh *mesh, const scene_mesh *more);

@@ -5,12 +5,9 @@
  * same C code for both, so that both look at the same texel of the same map. What may differ is how
  * much of a texel's patch is behind the rim of a disk: floats there, doubles here. backprojection
  * shows it most, as a patch that only just touches the rim decides whether a nearer layer counts:
- * one texel's share of the light, .034 where the light is a dozen texels wide. */
-#include "ask.h"
-
+ * one texel's share of the light, .04 at most where the light is a dozen texels wide. */
 #include "gpu.h"
-
-#define COUNT(array) (sizeof(array) / sizeof *(array))
+#include "maps.h"
 
 enum { N = 64, POINTS = N * N };
 static double points[POINTS][3];
@@ -36,21 +33,9 @@ static scene_mesh lumps(void) {
     return mesh;
 }
 
-/* glmark2's: v and f lines only; nothing where it is not installed. */
 static scene_mesh bunny(void) {
     scene_mesh mesh = {0};
-    char line[256];
-    FILE *file = fopen("/usr/share/glmark2/models/bunny.obj", "r");
-    while (file && fgets(line, sizeof line, file)) {
-        double p[3];
-        unsigned v[3];
-        if (sscanf(line, "v %lf %lf %lf", &p[0], &p[1], &p[2]) == 3) {
-            scene_vertex(&mesh, p[0], -p[2], p[1] + 1.3);
-        } else if (sscanf(line, "f %u %u %u", &v[0], &v[1], &v[2]) == 3) {
-            scene_triangle(&mesh, v[0] - 1, v[1] - 1, v[2] - 1);
-        }
-    }
-    if (file) fclose(file);
+    if (scene_bunny(&mesh)) maps_move(&mesh, 0, 0, 1.3);
     return mesh;
 }
 
@@ -58,17 +43,7 @@ static scene_mesh bunny(void) {
 static void place_points(const scene_mesh *mesh, double low, double high) {
     uint64_t random = 5;
     scene_grid(points, N, low, high, low, high, 0);
-    for (size_t i = 0; i < POINTS; i += 4) {
-        const size_t t = (size_t)(scene_random(&random) % mesh->triangles);
-        double a = scene_uniform(&random, 0, 1), b = scene_uniform(&random, 0, 1);
-        if (a + b > 1) a = 1 - a, b = 1 - b;
-        for (int k = 0; k < 3; k++) {
-            const double *v[3];
-            for (int c = 0; c < 3; c++)
-                v[c] = mesh->xyz + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
-            points[i][k] = v[0][k] + a * (v[1][k] - v[0][k]) + b * (v[2][k] - v[0][k]);
-        }
-    }
+    for (size_t i = 0; i < POINTS; i += 4) maps_on_surface(mesh, &random, points[i], NULL);
 }
 
 static const struct scene {
@@ -148,7 +123,8 @@ static void test_alike(void **state) {
                           d.rms, d.max);
             CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
             CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, list[s].name, d.rms);
-            CHECK(d.max <= 1.0 / 16, "%s, %s: max %g", method, list[s].name, d.max);
+            /* one texel's share of the light, see above */
+            CHECK(d.max <= .04, "%s, %s: max %g", method, list[s].name, d.max);
             CHECK(gpu.stats.points_traced == cpu.stats.points_traced &&
                       gpu.stats.silhouette_edges == cpu.stats.silhouette_edges &&
                       gpu.stats.map_bytes == cpu.stats.map_bytes,
@@ -403,8 +379,7 @@ static void test_stable(void **state) {
         OK(handle, softshadow_query_visibility(handle, &part, parts + at));
     }
     softshadow_destroy(handle);
-    const difference d = compare(first.visibility, parts, POINTS);
-    CHECK(d.max <= 1e-5, "a split batch differs by %g", d.max);
+    ask_same_bits(first.visibility, parts, POINTS, "a split batch");
     ask_free(&first), ask_free(&again);
     scene_free(&mesh);
 }

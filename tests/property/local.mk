@@ -40,16 +40,21 @@ if HAVE_CMOCKA
 map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit %D%/maps_skip
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
+%C%_maps_SOURCES = %D%/maps.c %D%/maps.h
 %C%_maps_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_LDADD = $(PROOF_LIBS)
+%C%_maps_area_SOURCES = %D%/maps_area.c %D%/maps.h
 %C%_maps_area_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_area_LDADD = $(PROOF_LIBS)
 %C%_maps_figure10_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_figure10_LDADD = $(PROOF_LIBS)
+%C%_maps_cournia_SOURCES = %D%/maps_cournia.c %D%/maps.h
 %C%_maps_cournia_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_cournia_LDADD = $(PROOF_LIBS)
+%C%_maps_limit_SOURCES = %D%/maps_limit.c %D%/maps.h
 %C%_maps_limit_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_limit_LDADD = $(PROOF_LIBS)
+%C%_maps_skip_SOURCES = %D%/maps_skip.c %D%/maps.h
 %C%_maps_skip_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_skip_LDADD = $(PROOF_LIBS)
 endif
@@ -60,6 +65,7 @@ gpu_proofs = %D%/gpu
 check_PROGRAMS += $(gpu_proofs)
 TESTS += $(gpu_proofs)
 EXTRA_DIST += tests/gpu.h
+%C%_gpu_SOURCES = %D%/gpu.c %D%/maps.h
 %C%_gpu_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_gpu_LDADD = $(PROOF_LIBS)
 endif

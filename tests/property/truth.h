@@ -5,8 +5,6 @@
 #include "ask.h"
 #include "oracle/oracle.h"
 
-#define COUNT(array) (sizeof(array) / sizeof *(array))
-
 /* Noise-free methods are asked for 512 light samples, at which 1/256 RMS and 1/64 at most are
  * promised; the others for what their default tolerance, 1/256, needs. */
 static inline uint32_t truth_samples(const char *method) {
