@@ -195,8 +195,7 @@ static void one_variant(const char *method, const char *what, softshadow_build b
     CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
     CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, what, d.rms);
     /* Few samples start at the corner of what the point looks at. Where that is on a texel's edge,
-     * floats and doubles may begin a texel apart, and every sample with them: two of their shares.
-     */
+     * floats and doubles may begin a texel apart, and all samples with them: two shares. */
     const double most = build.max_samples ? fmax(2.0 / build.max_samples, 1.0 / 16) : 1.0 / 16;
     CHECK(d.max <= most, "%s, %s: max %g", method, what, d.max);
     ask_free(&cpu), ask_free(&gpu);

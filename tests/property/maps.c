@@ -1,11 +1,11 @@
-/* The map techniques: what their papers promise and what every map must keep. Through the public header
- * only. */
+/* The map techniques: what their papers promise and what every map must keep. Through the public
+ * header only. */
 #include "maps.h"
 
 static const char *const outer[] = {"penumbra-map", "smoothie"};
-static const char *const maps[] = {"hard",     "pcf",            "penumbra-map",
-                                   "smoothie", "penumbra-limit", "penumbra-volume",
-                                   "penumbra-mask"};
+static const char *const maps[] = {
+    "hard",         "pcf", "penumbra-map", "smoothie", "penumbra-limit", "penumbra-volume",
+    "penumbra-mask"};
 
 enum { ACROSS = 2001 };
 /* The signed distance of the edge from the light's centre, in radii, > 0: the centre is seen. */
@@ -24,12 +24,13 @@ static void test_straight_edge(void **state) {
         {"disk", scene_disk_light(0, 0, 4, 0, 0, -1, .25), .25 / 3},
         {"sphere", scene_sphere_light(0, 0, 4, .25), .25 / 3},
         {"sun", scene_sun_light(0, 0, -1, atan(.1)), .1},
-        {"rect of that area", scene_rect_light(0, 0, 4, .25 * sqrt(SCENE_PI) / 2, .25 * sqrt(SCENE_PI) / 2),
-         .25 / 3},
+        {"rect of that area",
+         scene_rect_light(0, 0, 4, .25 * sqrt(SCENE_PI) / 2, .25 * sqrt(SCENE_PI) / 2), .25 / 3},
     };
     for (size_t m = 0; m < COUNT(outer); m++) {
         for (size_t l = 0; l < COUNT(lights); l++) {
-            ask q = maps_across(outer[m], &mesh, lights[l].light, lights[l].half_width, .05, ACROSS);
+            ask q =
+                maps_across(outer[m], &mesh, lights[l].light, lights[l].half_width, .05, ACROSS);
             ask_do(&q);
             double worst = 0;
             for (int i = 0; i < ACROSS; i++) {
@@ -44,8 +45,8 @@ static void test_straight_edge(void **state) {
     scene_free(&mesh);
 }
 
-/* Must hold 1: both penumbrae, to 1/128; and so at any resolution: the limit is a plane. A tilted edge
- * under a sun, slope m along its own direction, makes t / sqrt(1 + m^2 tan^2 alpha t^2) of t. */
+/* Must hold 1: both penumbrae, to 1/128; and so at any resolution: the limit is a plane. A tilted
+ * edge under a sun, slope m along itself, makes t / sqrt(1 + m^2 tan^2 alpha t^2) of t. */
 static void test_limit_straight_edge(void **state) {
     (void)state;
     const double slopes[] = {0, .5};
@@ -74,7 +75,8 @@ static void test_limit_straight_edge(void **state) {
                     worst = fmax(worst, fabs(q.visibility[i] - truth));
                 }
                 print_message("slope %g light %zu %u^2: worst %.5f\n", slopes[s], l, side, worst);
-                CHECK(worst <= 1.0 / 128, "slope %g, light %zu, %u^2: off by %g", slopes[s], l, side, worst);
+                CHECK(worst <= 1.0 / 128, "slope %g, light %zu, %u^2: off by %g", slopes[s], l,
+                      side, worst);
                 ask_free(&q);
             }
         }
@@ -94,7 +96,8 @@ static void test_falloffs(void **state) {
             ask_do(&q);
             for (int i = 0; i < ACROSS; i++) {
                 const double l = fmin(fmax(t_of(i), 0), 1);
-                const double paper = m == 0 ? 3 * l * l - 2 * l * l * l : (1 - cos(SCENE_PI * l)) / 2;
+                const double paper =
+                    m == 0 ? 3 * l * l - 2 * l * l * l : (1 - cos(SCENE_PI * l)) / 2;
                 const double truth = f == SOFTSHADOW_FALLOFF_LINEAR  ? l
                                      : f == SOFTSHADOW_FALLOFF_PAPER ? paper
                                                                      : oracle_edge(2 * l - 1);
@@ -114,7 +117,7 @@ static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_li
     return maps_over_ground(method, mesh, light, 96, 2, resolution);
 }
 
-/* Must hold 5: the umbra is the hard shadow however large the light is; the error it makes is told. */
+/* Must hold 5: the umbra is the hard shadow however large the light is; its error is told. */
 static void test_umbra_stays(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -128,12 +131,12 @@ static void test_umbra_stays(void **state) {
             ask_do(&q), ask_do(&truth);
             const size_t dark = maps_dark(&q, 0);
             if (step == 0) hard = dark;
-            print_message("%s radius %.2f: umbra %zu, truth's %zu, RMS error %.4f\n", outer[m], radius,
-                          dark, maps_dark(&truth, 0), maps_rms(&q, &truth));
-            /* a filter of 2 x 2 texels moves the umbra's rim by half a texel: .4 % of its points here;
-             * twice that, as a row of points may lie along the rim */
-            CHECK(fabs((double)dark - (double)hard) <= .008 * (double)hard, "%s radius %g: umbra %zu, hard %zu",
-                  outer[m], radius, dark, hard);
+            print_message("%s radius %.2f: umbra %zu, truth's %zu, RMS error %.4f\n", outer[m],
+                          radius, dark, maps_dark(&truth, 0), maps_rms(&q, &truth));
+            /* a filter of 2 x 2 texels moves the umbra's rim by half a texel: .4 % of its points
+             * here; twice that, as a row of points may lie along the rim */
+            CHECK(fabs((double)dark - (double)hard) <= .008 * (double)hard,
+                  "%s radius %g: umbra %zu, hard %zu", outer[m], radius, dark, hard);
             ask_free(&q), ask_free(&truth);
         }
     }
@@ -156,7 +159,8 @@ static void test_radius_to_zero(void **state) {
         }
         /* nothing but texels that the outline crosses */
         CHECK(off * 200 < hard.count, "%s: %zu of %zu differ", maps[m], off, hard.count);
-        CHECK(maps_rms(&point, &hard) < .06, "%s: point light off by %g", maps[m], maps_rms(&point, &hard));
+        CHECK(maps_rms(&point, &hard) < .06, "%s: point light off by %g", maps[m],
+              maps_rms(&point, &hard));
         CHECK(point.stats.silhouette_edges == 0, "%s: a point light needs no silhouettes", maps[m]);
         ask_free(&hard), ask_free(&point), ask_free(&small);
     }
@@ -190,7 +194,7 @@ static void test_resolution(void **state) {
 
 /* ---- where things are odd ------------------------------------------------------------------- */
 
-/* Acne: points on the lit side of a body never shadow themselves; on the dark side they are dark. */
+/* Acne: points on the lit side of a body never shadow themselves; on the other they are dark. */
 static void test_acne(void **state) {
     (void)state;
     static maps_ball ball;
@@ -216,8 +220,8 @@ static void test_acne(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_straight_edge), cmocka_unit_test(test_limit_straight_edge),
-        cmocka_unit_test(test_falloffs),      cmocka_unit_test(test_umbra_stays),
+        cmocka_unit_test(test_straight_edge),  cmocka_unit_test(test_limit_straight_edge),
+        cmocka_unit_test(test_falloffs),       cmocka_unit_test(test_umbra_stays),
         cmocka_unit_test(test_radius_to_zero), cmocka_unit_test(test_resolution),
         cmocka_unit_test(test_acne),
     };

@@ -180,7 +180,8 @@ static void test_radius_to_zero(void **state) {
         ask hard = over_ground("hard", &mesh, scene_sphere_light(1, .6, 4, 0), 512);
         ask point = over_ground(area[m], &mesh, scene_sphere_light(1, .6, 4, 0), 512);
         ask_do(&hard), ask_do(&point);
-        CHECK(maps_rms(&point, &hard) < .04, "%s: point light off by %g", area[m], maps_rms(&point, &hard));
+        CHECK(maps_rms(&point, &hard) < .04, "%s: point light off by %g", area[m],
+              maps_rms(&point, &hard));
         double before = 1;
         for (double radius = .1; radius > 1e-13; radius *= 1e-4) {
             ask small = over_ground(area[m], &mesh, scene_sphere_light(1, .6, 4, radius), 512);
@@ -243,7 +244,8 @@ static void test_max_samples(void **state) {
             print_message("%s, %u samples: RMS %.4f\n", area[m], limits[i], maps_rms(&few, &all));
             maps_in_range(&few);
             if (limits[i] >= 121)
-                CHECK(maps_rms(&few, &all) < .03, "%s, %u: %g", area[m], limits[i], maps_rms(&few, &all));
+                CHECK(maps_rms(&few, &all) < .03, "%s, %u: %g", area[m], limits[i],
+                      maps_rms(&few, &all));
             ask_free(&few);
         }
         ask_free(&all);
@@ -300,8 +302,9 @@ static void test_duplicates(void **state) {
             one.build.layers = six.build.layers = close.build.layers = layers;
             ask_do(&one), ask_do(&six), ask_do(&close);
             ask_same_bits(one.visibility, six.visibility, one.count, area[m]);
-            CHECK(maps_rms(&one, &close) < .01, "%s, %u layers: copies 1e-9 apart change answers by %g",
-                  area[m], layers, maps_rms(&one, &close));
+            CHECK(maps_rms(&one, &close) < .01,
+                  "%s, %u layers: copies 1e-9 apart change answers by %g", area[m], layers,
+                  maps_rms(&one, &close));
             ask_free(&one), ask_free(&six), ask_free(&close);
             if (m > 0) break; /* without layers */
         }
@@ -342,7 +345,7 @@ static void test_acne(void **state) {
     scene_free(&ball.mesh);
 }
 
-/* A wide light over a slope that casts, too: it must not darken itself, however wide a filter is. */
+/* A wide light over a slope that casts, too: it must not darken itself, at any filter's width. */
 static void test_slope(void **state) {
     (void)state;
     scene_mesh mesh = {0};

@@ -1,5 +1,5 @@
-/* Cournia's two techniques, penumbra-volume and penumbra-mask: what the thesis promises and what every
- * map must keep. Through the public header only. */
+/* Cournia's two techniques, penumbra-volume and penumbra-mask: what the thesis promises and what
+ * every map must keep. Through the public header only. */
 #include "maps.h"
 
 /* ---- straight edges -------------------------------------------------------------------------- */
@@ -39,8 +39,8 @@ static void test_volume_straight_edge(void **state) {
     scene_free(&mesh);
 }
 
-/* The cut is exact whatever the edge, the light and the point are: crooked ones, at any resolution that
- * tells which edge it is. */
+/* The cut is exact whatever the edge, the light and the point are: crooked ones, at any resolution
+ * that tells which edge it is. */
 static void test_volume_crooked_edge(void **state) {
     (void)state;
     const softshadow_light lights[] = {scene_disk_light(.8, -.4, 4, .3, .1, -1, .4),
@@ -55,7 +55,8 @@ static void test_volume_crooked_edge(void **state) {
         scene_grid(points, N, l == 2 ? -.3 : -1.5, l == 2 ? 1.2 : .9, -.5, .5, 0);
         for (int i = 0; i < N * N; i++) points[i][2] = -.3 * sin(7.0 * i);
         for (uint32_t side = 128; side <= 1024; side *= 8) {
-            ask q = ask_new("penumbra-volume", &mesh, lights[l], (const double(*)[3])points, N * N, 0);
+            ask q =
+                ask_new("penumbra-volume", &mesh, lights[l], (const double(*)[3])points, N * N, 0);
             double worst = 0;
             size_t soft = 0;
             q.build.resolution = side;
@@ -73,7 +74,8 @@ static void test_volume_crooked_edge(void **state) {
     scene_free(&mesh);
 }
 
-/* falloff=paper: k of a disk across the plane, t = s / r, then 3 k^2 - 2 k^3; linear: a square light. */
+/* falloff=paper: k of a disk across the plane, t = s / r, then 3 k^2 - 2 k^3; linear: a square
+ * light. */
 static void test_volume_falloffs(void **state) {
     (void)state;
     scene_mesh mesh = maps_half_plane();
@@ -106,9 +108,9 @@ static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_li
     return maps_over_ground(method, mesh, light, SIDE, 2, resolution);
 }
 
-/* Against the truth: no worse with more texels, up to what a single edge and a single silhouette make
- * of a lumpy body (.018 to .021, however fine the map is: .003 is how its folds happen to lie in the
- * texels). Less than a third of what a technique without an inner penumbra is off by. */
+/* Against the truth: no worse with more texels, up to what a single edge and a single silhouette
+ * make of a lumpy body (.018 to .021, however fine the map is: .003 is how its folds happen to lie
+ * in the texels). Less than a third of what a technique without an inner penumbra is off by. */
 static void test_volume_accuracy(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -137,9 +139,9 @@ static void test_volume_accuracy(void **state) {
 
 /* ---- penumbra-mask --------------------------------------------------------------------------- */
 
-/* One depth of edges, so the filter is the light: right on average, within what 64 jittered taps make of
- * it. Their spread is that of a cut through 8 x 8 cells, of which 8 or so are crossed: sqrt(8) / 2 / 64
- * = .022; 1001 points go to four times that. A rect is native: a straight ramp. */
+/* One depth of edges, so the filter is the light: right on average, within what 64 jittered taps
+ * make of it. Their spread is that of a cut through 8 x 8 cells, of which 8 or so are crossed:
+ * sqrt(8) / 2 / 64 = .022; 1001 points go to four times that. A rect is native: a straight ramp. */
 static void test_mask_straight_edge(void **state) {
     (void)state;
     scene_mesh mesh = maps_half_plane();
@@ -202,8 +204,9 @@ static void ask_image(softshadow *handle, const ask *q, const uint32_t *ids, flo
     OK(handle, softshadow_query_visibility(handle, &points, out));
 }
 
-/* The blur makes an image of 16 taps a point smoother than it was, the same for any number of threads,
- * and says what it did to the counts; without it, rows of an image are points like any others. */
+/* The blur makes an image of 16 taps a point smoother than it was, the same for any number of
+ * threads, and says what it did to the counts; without it, rows of an image are points like any
+ * others. */
 static void test_blur(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -250,7 +253,8 @@ static void test_blur(void **state) {
     scene_free(&mesh);
 }
 
-/* An object's pixels do not know of another's: what those hold, or that they hold nothing, is the same. */
+/* An object's pixels do not know of another's: what those hold, or that they hold nothing, is the
+ * same. */
 static void test_blur_ids(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -273,8 +277,8 @@ static void test_blur_ids(void **state) {
         ask_image(handle, &h, NULL, one);
         for (int i = 0; i < SIDE * SIDE; i++) {
             const bool mine = (ids[i] == 7) == (part == 0);
-            CHECK(mine ? one[i] == both[i] : isnan(one[i]), "pixel %d: %g alone, %g with the others",
-                  i, (double)one[i], (double)both[i]);
+            CHECK(mine ? one[i] == both[i] : isnan(one[i]),
+                  "pixel %d: %g alone, %g with the others", i, (double)one[i], (double)both[i]);
         }
     }
     int differ = 0;
@@ -287,8 +291,8 @@ static void test_blur_ids(void **state) {
 
 /* ---- both ------------------------------------------------------------------------------------ */
 
-/* Casters that overlap as the light sees them, [Cou05] figure 4.7: panels at several heights, each turned,
- * so that every edge's penumbra lies across those of others. */
+/* Casters that overlap as the light sees them, [Cou05] figure 4.7: panels at several heights, each
+ * turned, so that every edge's penumbra lies across those of others. */
 static scene_mesh panels(double apart) {
     scene_mesh mesh = {0};
     uint64_t seed = 5;
@@ -305,13 +309,15 @@ static scene_mesh panels(double apart) {
     return mesh;
 }
 
-/* Must hold 4: penumbra-mask is off by half of what penumbra-volume is, at most, where the panels lie so
- * close that one map sees nearly all that any part of the light does. Farther apart what the light's
- * centre does not see bleeds through; the thesis's own volumes are still more than twice as bad. */
+/* Must hold 4: penumbra-mask is off by half of what penumbra-volume is, at most, where the panels
+ * lie so close that one map sees nearly all that any part of the light does. Farther apart what the
+ * light's centre does not see bleeds through; the thesis's own volumes are still more than twice as
+ * bad. */
 static void test_overlap(void **state) {
     (void)state;
     const softshadow_light light = scene_sphere_light(.4, .3, 5, .5);
-    const char *const names[] = {"penumbra-volume", "penumbra-volume, falloff=paper", "penumbra-mask"};
+    const char *const names[] = {"penumbra-volume", "penumbra-volume, falloff=paper",
+                                 "penumbra-mask"};
     for (int far = 0; far < 2; far++) {
         scene_mesh mesh = panels(far ? .15 : .05);
         double error[3];
@@ -335,10 +341,10 @@ static void test_overlap(void **state) {
 
 /* ---- the bunny ------------------------------------------------------------------------------- */
 
-/* Must hold 4: at 70 % of the points, at least, penumbra-mask takes no tap: on the ground around the
- * bunny and, as a picture shows it, on every eighth of its triangles. Both are off by half of what the
- * hard shadow is, at most: of the points on the body many lie in the shadow of a bump a few texels
- * away, where neither is better than the map. */
+/* Must hold 4: at 70 % of the points, at least, penumbra-mask takes no tap: on the ground around
+ * the bunny and, as a picture shows it, on every eighth of its triangles. Both are off by half of
+ * what the hard shadow is, at most: of the points on the body many lie in the shadow of a bump a
+ * few texels away, where neither is better than the map. */
 static void test_bunny(void **state) {
     (void)state;
     scene_mesh mesh = {0};
@@ -395,8 +401,8 @@ static void test_bunny(void **state) {
     scene_free(&mesh);
 }
 
-/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the light grows, as the
- * true one does. */
+/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the light grows,
+ * as the true one does. */
 static void test_growing_light(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -415,9 +421,10 @@ static void test_growing_light(void **state) {
             }
             print_message("%s, radius %.2f: umbra %zu, truth's %zu, RMS %.4f\n", names[m], radius,
                           dark, true_dark, maps_rms(&q, &truth));
-            CHECK(dark < before, "%s, radius %g: umbra %zu after %zu", names[m], radius, dark, before);
-            /* silhouettes are those seen from the centre: other parts of a wide light see past them, so
-             * that a good half of what the truth loses is lost here */
+            CHECK(dark < before, "%s, radius %g: umbra %zu after %zu", names[m], radius, dark,
+                  before);
+            /* silhouettes are those seen from the centre: other parts of a wide light see past
+             * them, so that a good half of what the truth loses is lost here */
             if (before == SIZE_MAX) first = dark, true_first = true_dark;
             CHECK((double)(first - dark) >= .4 * (double)(true_first - true_dark),
                   "%s, radius %g: umbra %zu, truth's %zu", names[m], radius, dark, true_dark);
@@ -430,11 +437,16 @@ static void test_growing_light(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_volume_straight_edge), cmocka_unit_test(test_volume_crooked_edge),
-        cmocka_unit_test(test_volume_falloffs),      cmocka_unit_test(test_volume_accuracy),
-        cmocka_unit_test(test_mask_straight_edge),   cmocka_unit_test(test_mask_taps),
-        cmocka_unit_test(test_blur),                 cmocka_unit_test(test_blur_ids),
-        cmocka_unit_test(test_overlap),              cmocka_unit_test(test_growing_light),
+        cmocka_unit_test(test_volume_straight_edge),
+        cmocka_unit_test(test_volume_crooked_edge),
+        cmocka_unit_test(test_volume_falloffs),
+        cmocka_unit_test(test_volume_accuracy),
+        cmocka_unit_test(test_mask_straight_edge),
+        cmocka_unit_test(test_mask_taps),
+        cmocka_unit_test(test_blur),
+        cmocka_unit_test(test_blur_ids),
+        cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_growing_light),
         cmocka_unit_test(test_bunny),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -26,8 +26,7 @@ static void test_figure_10(void **state) {
         const double hard = rows[FIGURE10_HARD].ours[s], limit = rows[FIGURE10_LIMIT].ours[s];
         CHECK(fabs(hard - rows[FIGURE10_HARD].paper[s]) <= 2, "hard %u: %g", 16u << s, hard);
         CHECK(limit <= rows[FIGURE10_LIMIT].paper[s], "penumbra-limit %u: %g", 16u << s, limit);
-        /* The paper's order, column by column; one that does better than printed may pass another.
-         */
+        /* The paper's order, column by column; what does better than printed may pass another. */
         for (size_t a = 0; a < FIGURE10_PRINTED; a++) {
             for (size_t b = 0; b < FIGURE10_PRINTED; b++) {
                 if (!(rows[a].paper[s] < rows[b].paper[s])) continue;

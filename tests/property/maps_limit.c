@@ -1,5 +1,5 @@
-/* penumbra-limit's two builders: silhouette ribbons, and propagation from the depth image. Through the
- * public header only. */
+/* penumbra-limit's two builders: silhouette ribbons, and propagation from the depth image. Through
+ * the public header only. */
 #include "maps.h"
 
 static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_light light,
@@ -71,12 +71,14 @@ static scene_mesh folded(void) {
 /* How often light is seen where the truth is none. */
 static size_t leaks_of(const ask *q, const ask *truth) {
     size_t n = 0;
-    for (size_t i = 0; i < q->count; i++) n += truth->visibility[i] == 0 && q->visibility[i] > 1.0 / 64;
+    for (size_t i = 0; i < q->count; i++)
+        n += truth->visibility[i] == 0 && q->visibility[i] > 1.0 / 64;
     return n;
 }
 
 /* Both builders on foliage and on a body with folds: nearer to the truth than half of what the hard
- * shadow is off by, and than .6 of it in foliage, where penumbrae overlap everywhere. What leaks on the body leaks in the paper's own way, not in ours. */
+ * shadow is off by, and than .6 of it in foliage, where penumbrae overlap everywhere. What leaks on
+ * the body leaks in the paper's own way, not in ours. */
 static void test_truth(void **state) {
     (void)state;
     const struct {
@@ -99,14 +101,16 @@ static void test_truth(void **state) {
             ask_do(&q);
             const size_t leaks = leaks_of(&q, &truth);
             const char *way = propagate ? "propagated" : "ribbons";
-            print_message("%s, %s light, %s: RMS %.4f, paper %.4f, hard %.4f; leaks %zu, paper %zu, of %zu\n",
-                          scenes[s / 2].name, wide ? "wide" : "small", way, maps_rms(&q, &truth),
-                          maps_rms(&paper, &truth), maps_rms(&hard, &truth), leaks, papers, umbra);
+            print_message(
+                "%s, %s light, %s: RMS %.4f, paper %.4f, hard %.4f; leaks %zu, paper %zu, of %zu\n",
+                scenes[s / 2].name, wide ? "wide" : "small", way, maps_rms(&q, &truth),
+                maps_rms(&paper, &truth), maps_rms(&hard, &truth), leaks, papers, umbra);
             CHECK((q.stats.silhouette_edges == 0) == propagate, "%s: %llu silhouette edges", way,
                   (unsigned long long)q.stats.silhouette_edges);
             const double most = (scenes[s / 2].folds ? .5 : .6) * maps_rms(&hard, &truth);
             CHECK(maps_rms(&q, &truth) <= most, "%s, %s", scenes[s / 2].name, way);
-            if (scenes[s / 2].folds) CHECK(2 * leaks <= papers, "%s: %zu and %zu", way, leaks, papers);
+            if (scenes[s / 2].folds)
+                CHECK(2 * leaks <= papers, "%s: %zu and %zu", way, leaks, papers);
             ask_free(&q);
         }
         ask_free(&truth), ask_free(&hard), ask_free(&paper);
@@ -129,10 +133,12 @@ static void test_cut_out(void **state) {
     for (int propagate = 0; propagate < 2; propagate++) {
         ask question = over_ground("penumbra-limit", NULL, light, propagate), truth = question;
         softshadow_mesh card = SOFTSHADOW_MESH_INIT;
-        card.positions = corners, card.vertex_count = 4, card.indices = indices, card.triangle_count = 2;
+        card.positions = corners, card.vertex_count = 4, card.indices = indices,
+        card.triangle_count = 2;
         card.uvs = uvs[0], card.opacity = (softshadow_texture){W, W, texels};
         card.opacity_threshold = .5f;
-        question.build.method = question.method, truth.build.method = truth.method = "exact", truth.build.samples = 512;
+        question.build.method = question.method, truth.build.method = truth.method = "exact",
+        truth.build.samples = 512;
         ask *const both[2] = {&question, &truth};
         for (int i = 0; i < 2; i++) {
             softshadow *handle = ask_handle(both[i]);
@@ -145,7 +151,8 @@ static void test_cut_out(void **state) {
         error[propagate] = maps_rms(&question, &truth);
         ask_free(&question), ask_free(&truth);
     }
-    print_message("a hole in a card: RMS %.4f by its silhouette, %.4f propagated\n", error[0], error[1]);
+    print_message("a hole in a card: RMS %.4f by its silhouette, %.4f propagated\n", error[0],
+                  error[1]);
     CHECK(error[1] <= .03 && 2 * error[1] <= error[0], "%g and %g", error[0], error[1]);
 }
 
@@ -153,7 +160,8 @@ static void test_cut_out(void **state) {
 static void test_odd(void **state) {
     (void)state;
     scene_mesh mesh = leaves();
-    ask one = over_ground("penumbra-limit", &mesh, scene_sphere_light(1, .6, 5, .3), true), many = one;
+    ask one = over_ground("penumbra-limit", &mesh, scene_sphere_light(1, .6, 5, .3), true),
+        many = one;
     one.options.threads = 1, many.options.threads = 5;
     ask_do(&one), ask_do(&many);
     ask_same_bits(one.visibility, many.visibility, one.count, "threads");
@@ -173,8 +181,8 @@ static void test_odd(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_straight_edge), cmocka_unit_test(test_truth),
-        cmocka_unit_test(test_cut_out), cmocka_unit_test(test_odd)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_straight_edge),
+                                       cmocka_unit_test(test_truth), cmocka_unit_test(test_cut_out),
+                                       cmocka_unit_test(test_odd)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
-/* What all map methods have in common: what they build and do not, read from statistics and planes, and input that is none. Every method
- * that the library lists without an error bound is one. Through the public header only. */
+/* What all map methods have in common: what they build and do not, read from statistics and planes,
+ * and input that is none. Every method that the library lists without an error bound is one.
+ * Through the public header only. */
 #include "maps.h"
 
 static ask over_ground(const char *method, const scene_mesh *mesh, softshadow_light light) {
@@ -37,7 +38,8 @@ static void culled(const char *method) {
     ask few = over_ground(method, &mesh, light), more = over_ground(method, &many, light);
     few.build.resolution = more.build.resolution = 256;
     ask_do(&few), ask_do(&more);
-    CHECK(few.stats.casters_culled == 0, "%s: %llu", method, (unsigned long long)few.stats.casters_culled);
+    CHECK(few.stats.casters_culled == 0, "%s: %llu", method,
+          (unsigned long long)few.stats.casters_culled);
     CHECK(more.stats.casters_culled == 4 * near, "%s: culled %llu of %zu", method,
           (unsigned long long)more.stats.casters_culled, 4 * near);
     /* Far casters turn the frame a little: texels on the outline fall to the other side. */
@@ -84,7 +86,8 @@ static void faces(const char *method) {
     const uint32_t depths = planes_of(handle, "depth");
     CHECK(depths == 2, "%s: %u faces", method, depths);
     ask_query(handle, &q);
-    CHECK(q.visibility[0] == 0 && q.visibility[1] == 0 && q.visibility[2] == 1 && q.visibility[3] == 1,
+    CHECK(q.visibility[0] == 0 && q.visibility[1] == 0 && q.visibility[2] == 1 &&
+              q.visibility[3] == 1,
           "%s: %g %g %g %g", method, (double)q.visibility[0], (double)q.visibility[1],
           (double)q.visibility[2], (double)q.visibility[3]);
     softshadow_destroy(handle);
@@ -129,7 +132,7 @@ static void no_silhouette(const char *method) {
 }
 static void test_no_silhouette(void **state) { (void)state, each(no_silhouette); }
 
-/* ---- the committed table ---------------------------------------------------------------------- */
+/* ---- the committed table -------------------------------------------------------------------- */
 
 /* Lights: sphere, disk, rect, sun; n native, a approximated. Planes: under a light of some size. */
 static const struct promise {
@@ -165,7 +168,8 @@ static void lights(const char *method) {
         const char is = native ? 'n' : info.lights_approximated >> type & 1 ? 'a' : '-';
         CHECK(is == promise->lights[type], "%s: light %u is %c", method, type, is);
     }
-    if (strchr(promise->lights, 'a')) CHECK(strstr(info.notes, "rect"), "%s: %s", method, info.notes);
+    if (strchr(promise->lights, 'a'))
+        CHECK(strstr(info.notes, "rect"), "%s: %s", method, info.notes);
 }
 static size_t listed;
 static void count_method(const char *method) { (void)method, listed++; }
@@ -274,14 +278,14 @@ static void through(const char *method) {
 }
 static void test_through(void **state) { (void)state, each(through); }
 
-/* Those that look at an area of texels: the walls of a closed body that run away from a light inside
- * it leave gaps between their patches, at 128^2. */
+/* Those that look at an area of texels: the walls of a closed body that run away from a light
+ * inside it leave gaps between their patches, at 128^2. */
 static bool has_gaps(const char *method) {
     return strcmp(method, "backprojection") == 0 || strcmp(method, "pcss") == 0 ||
            strcmp(method, "single-sample") == 0;
 }
 
-/* A lamp inside a closed body, casters all around it, receivers behind everything, far from home. */
+/* A lamp inside a closed body, casters all around, receivers behind everything, far from home. */
 static void inside(const char *method) {
     enum { N = 2000 };
     static double points[N][3];
@@ -295,7 +299,8 @@ static void inside(const char *method) {
         for (int i = 0; i < N; i++) {
             double d[3];
             scene_direction(&seed, d);
-            const double r = i < N / 2 ? scene_uniform(&seed, .1, .95) : scene_uniform(&seed, 2, 1000);
+            const double r =
+                i < N / 2 ? scene_uniform(&seed, .1, .95) : scene_uniform(&seed, 2, 1000);
             for (int k = 0; k < 3; k++) points[i][k] = r * d[k] + (k == 1 ? -o : o);
         }
         const softshadow_light lamps[] = {scene_sphere_light(x, y, z, .05),
@@ -317,18 +322,21 @@ static void inside(const char *method) {
 }
 static void test_inside(void **state) { (void)state, each(inside); }
 
-/* Receivers far behind what a map without bounds expects: an answer, and the hard shadow of its axis. */
+/* Receivers far behind what a map without bounds expects: an answer, and the hard shadow of its
+ * axis. */
 static void beyond(const char *method) {
     scene_mesh mesh = {0};
     scene_rect(&mesh, -1, 1, -1, 1, 1);
     double points[8][3] = {{0}};
     for (int i = 0; i < 8; i++) points[i][2] = -pow(10, i);
-    ask q = ask_new(method, &mesh, scene_sun_light(0, 0, -1, .001), (const double(*)[3])points, 8, 0);
+    ask q =
+        ask_new(method, &mesh, scene_sun_light(0, 0, -1, .001), (const double(*)[3])points, 8, 0);
     q.build.resolution = 128;
     ask_do(&q);
     maps_in_range(&q);
     for (int i = 0; i < 2; i++) /* the umbra ends 1000 away */
-        CHECK(q.visibility[i] <= 1.0 / 64, "%s: %g at %g", method, (double)q.visibility[i], points[i][2]);
+        CHECK(q.visibility[i] <= 1.0 / 64, "%s: %g at %g", method, (double)q.visibility[i],
+              points[i][2]);
     ask_free(&q);
     scene_free(&mesh);
 }
@@ -336,12 +344,12 @@ static void test_beyond(void **state) { (void)state, each(beyond); }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_culled),      cmocka_unit_test(test_nothing),
-        cmocka_unit_test(test_faces),       cmocka_unit_test(test_point_light),
+        cmocka_unit_test(test_culled),        cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_faces),         cmocka_unit_test(test_point_light),
         cmocka_unit_test(test_no_silhouette), cmocka_unit_test(test_lights),
-        cmocka_unit_test(test_planes),      cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_small_maps),  cmocka_unit_test(test_through),
-        cmocka_unit_test(test_inside),      cmocka_unit_test(test_beyond),
+        cmocka_unit_test(test_planes),        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_small_maps),    cmocka_unit_test(test_through),
+        cmocka_unit_test(test_inside),        cmocka_unit_test(test_beyond),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
