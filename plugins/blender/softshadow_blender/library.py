@@ -8,6 +8,7 @@ import bpy
 VARIABLE = "SOFTSHADOW_LIBRARY"
 
 _failed = {}  # what was tried -> why it failed: a panel asks at every redraw
+_loaded = []  # what was wanted when the library was loaded, which happens once
 
 
 def _chosen():
@@ -26,13 +27,21 @@ def load():
     if wanted and not given:
         os.environ[VARIABLE] = wanted
     try:
-        return importlib.import_module(".softshadow", __package__), ""
+        package = importlib.import_module(".softshadow", __package__)
+        if not _loaded:
+            _loaded.append(wanted)
+        return package, ""
     except ImportError as error:
         _failed[wanted] = str(error)
         return None, str(error)
     finally:
         if wanted and not given:
             del os.environ[VARIABLE]
+
+
+def pending():
+    """Whether a library is loaded and another is named now: a process keeps its first."""
+    return bool(_loaded) and _loaded[0] != (os.environ.get(VARIABLE) or _chosen())
 
 
 def retry(_preferences, _context):

@@ -57,6 +57,8 @@ class Preferences(bpy.types.AddonPreferences):
         column = self.layout.column()
         if package:
             column.label(text="Library version " + package.version(), icon="CHECKMARK")
+            if library.pending():
+                column.label(text="Another library takes effect when Blender starts again", icon="INFO")
         else:
             column.label(text=why, icon="ERROR")
 

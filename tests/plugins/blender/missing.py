@@ -3,6 +3,7 @@
 as soon as its preferences name a library."""
 import os
 import sys
+import types
 import unittest
 
 import host
@@ -51,6 +52,21 @@ class Missing(unittest.TestCase):
         self.assertEqual((package.version_info()[0], why), (1, ""))
         with open("/proc/self/maps") as maps:
             self.assertIn(os.path.realpath(there), maps.read())
+        # Another path means nothing to a process that has loaded its library: the preferences say so.
+        for path, said in (there, False), ("/elsewhere/libsoftshadow.so.1", True), (there, False):
+            preferences.library = path
+            labels = self.drawn()
+            self.assertIn("Library version " + package.version(), labels)
+            self.assertEqual("Another library takes effect when Blender starts again" in labels, said)
+
+    def drawn(self):
+        """What the preferences show, as text."""
+        from softshadow_blender import settings
+        labels = []
+        layout = types.SimpleNamespace(prop=lambda *_: None, label=lambda text, icon: labels.append(text),
+                                       column=lambda: layout)
+        settings.Preferences.draw(types.SimpleNamespace(layout=layout), None)
+        return labels
 
 
 host.main()

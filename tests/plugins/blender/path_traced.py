@@ -129,7 +129,6 @@ class Cycles(unittest.TestCase):
 
         def rms(values):
             return math.sqrt(((values - truth) ** 2).mean())
-        uniform_scale = numpy.median(truth)
         print("%s: %d pixels of ground; Cycles %.2f s for the whole picture, the library %.2f s for "
               "the ground; RMSE %.4f, of the preview %.4f; brightness %.3f of Cycles's" % (
                   light.name, ground.sum(), seconds, ours, rms(got), rms(preview),

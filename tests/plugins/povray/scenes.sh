@@ -58,23 +58,25 @@ like() {
     awk -v s="${snr:-0}" -v w="$3" 'BEGIN { exit !(s == "inf" || s >= w) }' || wrong "$(cat diff.txt)"
 }
 
+# What is demanded below is 3 to 8 dB under what was measured: other releases of POV-Ray may round and
+# place a light's points otherwise.
 written area a.softshadow --shadows area --area 33
 rendered area area.png
 written projected a.softshadow --shadows projected
 rendered projected projected.png
-like area.png projected.png 45
+like area.png projected.png 55 # measured 60.7
 written baked a.softshadow --shadows baked
 rendered baked baked.png
-like area.png baked.png 45
+like area.png baked.png 50 # measured 54.7
 written none a.softshadow --shadows none
 rendered none none.png
 oiiotool --fail 0.2 area.png none.png --diff >diff.txt 2>&1 && wrong "there is no shadow in this picture"
-# Antialiased, from a larger image. Its edges bleed a little: measured 53 dB.
+# Antialiased, from a larger image. Its edges bleed a little: measured 48.5 dB.
 written large a.softshadow --shadows projected --aa 3
 rendered large large.png +A0.1 +AM1 +R2
 cp large.png large-projected.png
 rendered area area-aa.png +A0.1 +AM1 +R2
-like area-aa.png large-projected.png 40
+like area-aa.png large-projected.png 45
 
 # The other kinds of light, in fewer points, to see that POV-Ray's are the same ones.
 for light in disk:1.5,3,1,-0.5,-1,-0.3,0.5 rect:1.5,3,1,0.6,0,0,0,0.1,0.3 sun:-0.5,-1,-0.3,5; do
@@ -84,7 +86,7 @@ for light in disk:1.5,3,1,-0.5,-1,-0.3,0.5 rect:1.5,3,1,0.6,0,0,0,0.1,0.3 sun:-0
     written "$kind-p" scene.obj --ground 0 --camera 0.5,2.2,4/-0.3,0.3,0/35 --light "$light" --aa 1 \
         --size 120x90 --shadows projected
     rendered "$kind-p" "$kind-p.png"
-    like "$kind.png" "$kind-p.png" 40
+    like "$kind.png" "$kind-p.png" 55 # measured 58.5 to 61.7
 done
 
 # Positions and normals that POV-Ray rendered, against those of render. Float has 24 bits and the box is
@@ -113,7 +115,7 @@ rendered parts b2.exr +FE Declare=Light=2 Declare=Ambient=0
 oiiotool a.exr --ch R,G,B b1.exr --ch R,G,B seen.exr --ch R=visibility_0,G=visibility_0,B=visibility_0 --mul --add \
     b2.exr --ch R,G,B seen.exr --ch R=visibility_1,G=visibility_1,B=visibility_1 --mul --add -o sum.exr ||
     wrong "the sum"
-like two.exr sum.exr 45
+like two.exr sum.exr 60 # measured 67.8
 
 # What is asked wrongly, and what that leaves behind.
 expect() { # STATUS PATTERN ARGUMENT...
