@@ -1,5 +1,5 @@
-/* softshadow maps: the planes that a map method built, as channels of an EXR, or as an EXR each in a
- * folder. The light-space matrices are in the metadata, so that a channel can be used without us. */
+/* softshadow maps: the planes that a map method built, as channels of an EXR, or as an EXR each in
+ * a folder. The light-space matrices are in the metadata: a channel can be used without us. */
 #include <errno.h>
 #include <softshadow.h>
 #include <stdio.h>
@@ -38,7 +38,7 @@ typedef struct planes {
 typedef struct sheet {
     image_plane *channels;
     char (*names)[NAME];
-    float *values; /* of all channels, rows turned: an image begins at the top, a map at the bottom */
+    float *values; /* of all channels; images begin at the top, so rows are turned */
     char (*numbers)[NUMBERS][2][NUMBERS_TEXT]; /* attribute, numbers; of each face */
     const char **metadata;
     image_picture picture;
@@ -46,11 +46,25 @@ typedef struct sheet {
 
 /* ---- Options --------------------------------------------------------------------------------*/
 
+/* As it is shown: a line of it is a line here. */
+/* clang-format off */
+static const char about[] =
+"Writes the planes that a map method builds, as 32-bit floats. A channel is named after\n"
+"its plane and what it holds: depth, penumbra-limit.c; with several lights or faces of a\n"
+"cube light1.face2.depth. The attribute softshadow.matrix (with the same prefix) has 16\n"
+"numbers, row by row: from the scene to clip space, y up. A depth of 1e30 holds nothing;\n"
+"others compare with d0 + d1 z/w of clip space, softshadow.depth being d0 d1. Positions\n"
+"(.x .y .z) are o + u times the value, softshadow.origin being ox oy oz u.";
+/* clang-format on */
+
 static bool parse(request *r, int argc, char **argv, char ***meshes, int *count, int *status) {
     static const char *const headings[] = {"Maps", "Lights and method", "Running", NULL};
     cli_option build[CLI_BUILD_TABLE], run[CLI_RUN_TABLE];
     const cli_option own[] = {
-        {.name = "output", .letter = 'o', .kind = CLI_TEXT, .argument = "DIR|FILE.exr",
+        {.name = "output",
+         .letter = 'o',
+         .kind = CLI_TEXT,
+         .argument = "DIR|FILE.exr",
          .into = &r->out,
          .help = "all planes as channels of one image, or an image each in a folder,\n"
                  "which is made if it is not there; - is stdout"},
@@ -58,17 +72,12 @@ static bool parse(request *r, int argc, char **argv, char ***meshes, int *count,
     const cli_command command = {
         .name = "maps",
         .usage = "MESH... --light LIGHT --method METHOD -o DIR|FILE.exr [OPTION...]",
-        .about =
-            "Writes the planes that a map method builds, as 32-bit floats. A channel is named after\n"
-            "its plane and what it holds: depth, penumbra-limit.c; with several lights or faces of a\n"
-            "cube light1.face2.depth. The attribute softshadow.matrix (with the same prefix) has 16\n"
-            "numbers, row by row: from the scene to clip space, y up. A depth of 1e30 holds nothing;\n"
-            "others compare with d0 + d1 z/w of clip space, softshadow.depth being d0 d1. Positions\n"
-            "(.x .y .z) are o + u times the value, softshadow.origin being ox oy oz u.",
+        .about = about,
         .table_names = headings,
         .tables = {own, build, run},
-        .more = "Example:\n"
-                "  softshadow maps bunny.obj --light sphere:3,4,2,0.5 -m penumbra-limit -o maps.exr\n"};
+        .more =
+            "Example:\n"
+            "  softshadow maps bunny.obj --light sphere:3,4,2,0.5 -m penumbra-limit -o maps.exr\n"};
     cli_build_options_tables(&r->build, build, run);
     cli_options_drop(run, "verify"); /* no point is asked */
     return cli_options_parse(&command, argc, argv, meshes, count, status);
@@ -294,8 +303,7 @@ static bool write_folder(const request *r, const planes *p, const char *method, 
         sheet s = {0};
         done = path_of(r, &p->list[i], path, error) && cli_output_open(&output, path, error);
         if (!done) break;
-        done = sheet_make(&s, &p->list[i], 1, method, error) &&
-               write_sheet(r, &s, &output, error);
+        done = sheet_make(&s, &p->list[i], 1, method, error) && write_sheet(r, &s, &output, error);
         sheet_free(&s);
         cli_output_abandon(&output);
     }

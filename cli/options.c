@@ -9,8 +9,7 @@
 
 /* ---- Names that are nearly right ----------------------------------------------------------- */
 
-/* Edits (insert, drop, replace) that make one word of the other; words beyond 31 letters are far.
- */
+/* Edits (insert, drop, replace) that make one word of the other; beyond 31 letters all is far. */
 static int distance(const char *a, const char *b) {
     int row[32], n = (int)strlen(b), previous, above;
     if (strlen(a) > 31 || n > 31) return 99;

@@ -1,7 +1,6 @@
 /* Output that is whole or not there: a file is written beside its place and renamed when
  * everything, close included, has succeeded; an error, SIGINT, SIGTERM or SIGHUP removes it. "-" is
- * stdout; what is no regular file (a pipe, a device) is written directly. Every write is checked.
- */
+ * stdout; what is no regular file (a pipe, a device) is written directly. Each write is checked. */
 #ifndef CLI_OUTPUT_H
 #define CLI_OUTPUT_H
 

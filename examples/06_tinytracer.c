@@ -1,12 +1,12 @@
-/* A small path tracer of another make, which asks softshadow for its direct light when the library is
- * there and shoots shadow rays when it is not. Its spheres are spheres, its boxes triangles, and it
- * knows nothing of the library but the header; link with -ldl -lm.
+/* A small path tracer of another make, which asks softshadow for its direct light when the library
+ * is there and shoots shadow rays when it is not. Its spheres are spheres, its boxes triangles, and
+ * it knows nothing of the library but the header; link with -ldl -lm.
  *
  *     ./06_tinytracer OUT.ppm [SAMPLES [WIDTH [LIBRARY]]]
  *
- * What the eye sees first is one batch of points for each sample of the picture. The unshadowed light
- * of the rectangle is Lambert's formula; times the visible fraction weighted by irradiance it is the
- * direct light, without noise. Light from further bounces keeps its shadow rays. */
+ * What the eye sees first is one batch of points for each sample of the picture. The unshadowed
+ * light of the rectangle is Lambert's formula; times the visible fraction weighted by irradiance it
+ * is the direct light, without noise. Light from further bounces keeps its shadow rays. */
 #include <dlfcn.h>
 #include <math.h>
 #include <softshadow.h>
@@ -15,7 +15,7 @@
 #include <string.h>
 #include <time.h>
 
-#define PI 3.14159265358979323846
+#define PI      3.14159265358979323846
 #define BOUNCES 3
 
 typedef struct vec {
@@ -68,13 +68,15 @@ static vec corner[8 * BOXES];
 static uint32_t triangle[TRIANGLES][3];
 
 static void make_triangles(void) {
-    static const int face[12][3] = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
-                                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+    static const int face[12][3] = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5},
+                                    {0, 4, 5}, {0, 5, 1}, {2, 3, 7}, {2, 7, 6},
+                                    {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
     for (int b = 0; b < BOXES; b++) {
         const vec l = boxes[b].low, h = boxes[b].high;
         for (int i = 0; i < 8; i++)
             corner[8 * b + i] = v(i & 4 ? h.x : l.x, i & 2 ? h.y : l.y, i & 1 ? h.z : l.z);
-        for (int i = 0; i < 36; i++) triangle[12 * b + i / 3][i % 3] = (uint32_t)(8 * b + face[i / 3][i % 3]);
+        for (int i = 0; i < 36; i++)
+            triangle[12 * b + i / 3][i % 3] = (uint32_t)(8 * b + face[i / 3][i % 3]);
     }
 }
 
@@ -110,7 +112,7 @@ static hit meet(vec from, vec way, double farthest) {
     return best;
 }
 
-/* ---- the same for softshadow ------------------------------------------------------------------ */
+/* ---- the same for softshadow ----------------------------------------------------------------- */
 
 static struct {
     uint32_t (*version)(void);
@@ -147,8 +149,8 @@ static int load(const char *path) {
     return ss.version() >= SOFTSHADOW_VERSION && ss.version() / 10000 == SOFTSHADOW_VERSION_MAJOR;
 }
 
-/* A ball as triangles inside it: what lies on the ball then lies outside them, never in their shadow
- * by mistake. */
+/* A ball as triangles inside it: what lies on the ball then lies outside them, never in their
+ * shadow by mistake. */
 enum { ROUND = 64, RINGS = 32 };
 static softshadow_status add_ball(softshadow *s, const struct ball *ball) {
     static vec point[(RINGS + 1) * ROUND];
@@ -157,10 +159,12 @@ static softshadow_status add_ball(softshadow *s, const struct ball *ball) {
         for (int i = 0; i < ROUND; i++) {
             const double a = 2 * PI * i / ROUND, b = PI * j / RINGS;
             const vec out = v(sin(b) * cos(a), cos(b), sin(b) * sin(a));
-            const uint32_t here = (uint32_t)(j * ROUND + i), next = (uint32_t)(j * ROUND + (i + 1) % ROUND);
+            const uint32_t here = (uint32_t)(j * ROUND + i),
+                           next = (uint32_t)(j * ROUND + (i + 1) % ROUND);
             point[here] = add(ball->centre, mul(out, ball->radius));
             if (j == RINGS) continue;
-            const uint32_t both[2][3] = {{here, next, here + ROUND}, {next, next + ROUND, here + ROUND}};
+            const uint32_t both[2][3] = {{here, next, here + ROUND},
+                                         {next, next + ROUND, here + ROUND}};
             memcpy(index[here], both, sizeof both);
         }
     }
@@ -199,10 +203,10 @@ static softshadow *hand_over(void) {
     exit(1);
 }
 
-/* ---- direct light ------------------------------------------------------------------------------ */
+/* ---- direct light ---------------------------------------------------------------------------- */
 
-/* The irradiance of the unshadowed lamp over pi, for radiance 1: Lambert's sum over the edges of what
- * is left of the rectangle above the horizon. */
+/* The irradiance of the unshadowed lamp over pi, for radiance 1: Lambert's sum over the edges of
+ * what is left of the rectangle above the horizon. */
 static double unshadowed(vec at, vec normal) {
     static const int sign[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     if (dot(sub(at, lamp), cross(lamp_u, lamp_v)) <= 0) return 0;
@@ -231,12 +235,12 @@ static double one_ray(vec at, vec normal) {
     const vec to = sub(on, at), area = cross(lamp_u, lamp_v);
     const double distance = sqrt(dot(to, to));
     const vec way = mul(to, 1 / distance);
-    const double cosines = dot(way, normal) * -dot(way, area) * 4; /* the lamp's area is 4 |u x v| */
+    const double cosines = dot(way, normal) * -dot(way, area) * 4; /* of its area, 4 |u x v| */
     if (dot(way, normal) <= 0 || dot(way, area) >= 0) return 0;
     return meet(at, way, distance).t < distance ? 0 : cosines / (distance * distance * PI);
 }
 
-/* ---- paths ---------------------------------------------------------------------------------------- */
+/* ---- paths ----------------------------------------------------------------------------------- */
 
 typedef struct path {
     vec from, way, share; /* of what comes along it, how much reaches the pixel */
@@ -251,7 +255,7 @@ typedef struct wave {
     uint64_t *primitive;
 } wave;
 
-/* Finds what the paths meet: paths that leave the scene add the sky and end, the others stand at `at`. */
+/* Finds what paths meet: those that leave the scene add the sky, others stand at `at`. */
 static void advance(wave *w, int bounce, vec *picture) {
     const vec area = cross(lamp_u, lamp_v);
     size_t kept = 0;
@@ -295,8 +299,8 @@ static void add_light(wave *w, softshadow *s, vec *picture) {
     }
     for (size_t i = 0; i < w->count; i++) {
         const vec normal = v(w->normal[i][0], w->normal[i][1], w->normal[i][2]);
-        const double light = s ? unshadowed(w->at[i], normal) * (double)w->seen[i]
-                               : one_ray(w->at[i], normal);
+        const double light =
+            s ? unshadowed(w->at[i], normal) * (double)w->seen[i] : one_ray(w->at[i], normal);
         vec *pixel = &picture[w->paths[i].pixel];
         *pixel = add(*pixel, mul(each(w->paths[i].share, shine), light));
     }
@@ -306,7 +310,8 @@ static void add_light(wave *w, softshadow *s, vec *picture) {
 static void scatter(wave *w) {
     for (size_t i = 0; i < w->count; i++) {
         const vec n = v(w->normal[i][0], w->normal[i][1], w->normal[i][2]);
-        const double height = 2 * chance() - 1, turn = 2 * PI * chance(), r = sqrt(1 - height * height);
+        const double height = 2 * chance() - 1, turn = 2 * PI * chance(),
+                     r = sqrt(1 - height * height);
         w->paths[i].way = unit(add(mul(n, 1 + 1e-9), v(r * cos(turn), r * sin(turn), height)));
         w->paths[i].from = w->at[i];
     }
@@ -343,8 +348,9 @@ int main(int argc, char **argv) {
         return fprintf(stderr, "usage: %s OUT.ppm [SAMPLES [WIDTH [LIBRARY]]]\n", argv[0]), 2;
     const int there = load(argc > 4 ? argv[4] : "libsoftshadow.so.1");
     const size_t n = (size_t)width * height;
-    wave w = {malloc(n * sizeof *w.paths), 0, malloc(n * sizeof *w.at), malloc(n * sizeof *w.normal),
-              malloc(n * sizeof *w.seen), malloc(n * sizeof *w.primitive)};
+    wave w = {malloc(n * sizeof *w.paths), 0,
+              malloc(n * sizeof *w.at),    malloc(n * sizeof *w.normal),
+              malloc(n * sizeof *w.seen),  malloc(n * sizeof *w.primitive)};
     vec *picture = calloc(n, sizeof *picture);
     if (!w.paths || !w.at || !w.normal || !w.seen || !w.primitive || !picture) return 1;
     make_triangles();

@@ -56,8 +56,7 @@ void scene_wall(scene_mesh *mesh, double length, double height);
 /* The Stanford bunny of glmark2, z up; false and nothing where it is not installed. */
 bool scene_bunny(scene_mesh *mesh);
 
-/* Adds all of `more`; copies; the same with every triangle cut into four at the edges' midpoints.
- */
+/* Adds all of `more`; copies; the same with each triangle cut into four at the edges' midpoints. */
 void scene_append(scene_mesh *mesh, const scene_mesh *more);
 scene_mesh scene_copy(const scene_mesh *mesh);
 scene_mesh scene_split(const scene_mesh *mesh);

@@ -157,8 +157,7 @@ static void colour(const softshadow_explanation *e, size_t i, float rgb[3]) {
         hiders_colour(e->hider[i], rgb);
         return;
     }
-    /* Around the light it is dark; what the horizon hides, no triangle does, is a little less so.
-     */
+    /* Around the light it is dark; what the horizon hides is a little less so. */
     const float grey = isnan(e->image[i]) ? 0.06f : e->image[i] < 0.5f ? 0.18f : 1;
     rgb[0] = rgb[1] = rgb[2] = grey;
 }

@@ -54,7 +54,7 @@ typedef struct image_picture {
     /* PNG: the values are encoded for a screen already (sRGB), and are marked so; else linear */
     bool srgb;
     const char *const *metadata; /* name, value, name, value, ..., NULL; or NULL */
-    const double *world_to_ndc;  /* 16, row-major: of a map's light; or NULL. To an EXR's worldToNDC */
+    const double *world_to_ndc;  /* 16, row-major: of a map's light; or NULL. EXR's worldToNDC */
 } image_picture;
 
 /* Every function that can fail returns false (or NULL) and puts one line into why[IMAGE_WHY]. */
@@ -66,8 +66,7 @@ typedef struct image_module {
     void (*close)(image_file *image);
     void (*about)(const image_file *image, image_info *info);
 
-    /* Reads one channel of the whole image as float: width x height values, `stride` floats apart.
-     */
+    /* Reads a channel of the whole image as float: width x height values, `stride` floats apart. */
     bool (*read)(image_file *image, uint32_t channel, float *values, size_t stride, char *why);
 
     /* Makes a file in memory: EXR and TIFF hold 32-bit floats, PNG 8 bits, clamped to 0..1. */

@@ -1,10 +1,10 @@
 // softshadow_input.cc - scene files (.softshadow) as images: an ImageInput for OpenImageIO.
 //
 // Hosts open an image two to four times before they read a pixel, so opening reads the scene file
-// and nothing else. Meshes are read and the scene is built when the first tile is asked for, once in
-// a process: scenes are shared by all inputs that name the same file with the same settings, and the
-// latest few are kept. Bands of rows are made under the scene's lock, on the library's own threads;
-// a host that stops between two tiles leaves a scene that any later read goes on with.
+// and nothing else. Meshes are read and the scene is built when the first tile is asked for, once
+// in a process: scenes are shared by all inputs that name the same file with the same settings, and
+// the latest few are kept. Bands of rows are made under the scene's lock, on the library's own
+// threads; a host that stops between two tiles leaves a scene that any later read goes on with.
 #include <OpenImageIO/imageio.h>
 
 #include <softshadow.h>
@@ -62,7 +62,7 @@ scene_cache &cache() {
 }
 
 class SoftshadowInput final : public ImageInput {
-public:
+  public:
     const char *format_name() const override { return "softshadow"; }
     bool valid_file(const std::string &name) const override;
     bool open(const std::string &name, ImageSpec &spec) override;
@@ -71,7 +71,7 @@ public:
     bool read_native_scanline(int subimage, int miplevel, int y, int z, void *data) override;
     bool read_native_tile(int subimage, int miplevel, int x, int y, int z, void *data) override;
 
-private:
+  private:
     std::shared_ptr<scene> m_scene;
 
     template <class Body> bool guarded(Body body);
@@ -119,7 +119,8 @@ bool SoftshadowInput::open_scene(const std::string &name, const ImageSpec &confi
     texts.reserve(2 * config.extra_attribs.size());
     std::vector<const char *> names, values;
     auto made = std::make_shared<scene>();
-    made->key = std::to_string(getpid()) + '\0' + name; // a child's use of a parent's scene is refused
+    // a child's use of a parent's scene is refused
+    made->key = std::to_string(getpid()) + '\0' + name;
     for (const ParamValue &hint : config.extra_attribs) {
         if (!Strutil::starts_with(hint.name(), prefix)) continue;
         texts.push_back(hint.name().string().substr(prefix.size()));
@@ -165,7 +166,7 @@ bool SoftshadowInput::close() {
     return true;
 }
 
-// Pixels of columns x0..x1 and rows y0..y1, ends not included; a row is row_pixels long at the host.
+// Pixels of columns x0..x1 and rows y0..y1, ends not included; the host's rows have row_pixels.
 bool SoftshadowInput::read_box(int x0, int x1, int y0, int y1, int row_pixels, float *to) {
     still *made = m_scene->picture.get();
     still_info info;
@@ -197,11 +198,13 @@ bool SoftshadowInput::read_native_scanline(int subimage, int miplevel, int y, in
         errorfmt("there is no row {} in this image", y);
         return false;
     }
-    return guarded(
-        [&] { return read_box(0, m_spec.width, y, y + 1, m_spec.width, static_cast<float *>(data)); });
+    return guarded([&] {
+        return read_box(0, m_spec.width, y, y + 1, m_spec.width, static_cast<float *>(data));
+    });
 }
 
-bool SoftshadowInput::read_native_tile(int subimage, int miplevel, int x, int y, int z, void *data) {
+bool SoftshadowInput::read_native_tile(int subimage, int miplevel, int x, int y, int z,
+                                       void *data) {
     if (!m_scene || subimage || miplevel || z || x < 0 || y < 0 || x >= m_spec.width ||
         y >= m_spec.height || x % tile_side || y % tile_side) {
         errorfmt("there is no tile at {}, {} in this image", x, y);
@@ -211,7 +214,8 @@ bool SoftshadowInput::read_native_tile(int subimage, int miplevel, int x, int y,
     std::memset(data, 0, size_t(tile_side) * tile_side * m_spec.pixel_bytes());
     return guarded([&] {
         return read_box(x, std::min(x + tile_side, m_spec.width), y,
-                        std::min(y + tile_side, m_spec.height), tile_side, static_cast<float *>(data));
+                        std::min(y + tile_side, m_spec.height), tile_side,
+                        static_cast<float *>(data));
     });
 }
 

@@ -364,8 +364,7 @@ static void strides_and_overflow(void **state) {
                 continue;
             softshadow_points batch = f.batch;
             batch.count = count[i], batch.position_stride = stride[k];
-            /* Too many to be set to NaN: the array could not exist. Where it could, N are at hand.
-             */
+            /* Too many to be set to NaN: no such array could be. Where it could, N are at hand. */
             if (count[i] > 2 && count[i] < (size_t)1 << 44) continue;
             REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "positions",
                     softshadow_query_visibility(f.handle, &batch, v));

@@ -1,6 +1,5 @@
 /* What belongs to the host: rounding mode, traps, flushed denormals, locale, working directory,
- * signal handlers, output. The library finds it in any state, gives the same bits, and leaves it.
- */
+ * signal handlers, output. The library finds it in any state, gives the same bits and leaves it. */
 #define _GNU_SOURCE /* feenableexcept */
 #include <fcntl.h>
 #include <fenv.h>

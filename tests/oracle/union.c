@@ -271,8 +271,7 @@ double oracle_union(const scene_mesh *mesh, const softshadow_light *light, const
     return fmin(1, fmax(0, 1 - hidden / (view.disk ? SCENE_PI : 4)));
 }
 
-/* With H(rho) the hidden area within rho:  hidden weight = int w dH  by midpoint rings, exact in H.
- */
+/* With H(rho) the hidden area within rho: hidden weight = int w dH, midpoint rings; exact in H. */
 double oracle_union_profile(const scene_mesh *mesh, const softshadow_light *light,
                             const double p[3], double (*profile)(double rho, void *user),
                             void *user, unsigned rings) {

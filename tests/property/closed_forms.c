@@ -9,8 +9,7 @@ typedef struct half_plane {
     scene_mesh mesh;
 } half_plane;
 
-/* The edge passes (0, 0, 2) at that turn about z and slope; the plate leaves it with a slope too.
- */
+/* The edge passes (0, 0, 2) at that turn about z and slope; the plate leaves it with a slope. */
 static half_plane make_half_plane(double turn, double slope, double plate_slope) {
     half_plane out = {0};
     const double d[3] = {cos(turn), sin(turn), slope}, g[3] = {sin(turn), -cos(turn), plate_slope};
@@ -153,8 +152,7 @@ static void rectangle_behind_rectangle(void **state) {
     free(points);
 }
 
-/* What is seen of a rectangle beyond a straight edge is a rectangle: irradiance has a closed form.
- */
+/* What is seen of a rectangle beyond a straight edge is a rectangle: irradiance has a formula. */
 static void irradiance_of_a_polygon(void **state) {
     const softshadow_light light = scene_rect_light(1, 0, 3, 2, 1);
     scene_mesh mesh = {0};
@@ -251,8 +249,7 @@ static void screens(void **state) {
 
 /* ---- 7: contact -------------------------------------------------------------------------------*/
 
-/* The wall's foot is under the light's centre. As d falls the wall hides one half, on both sides.
- */
+/* The wall's foot is under the light's centre. As d falls the wall hides half, on both sides. */
 static void contact_with_a_wall(void **state) {
     enum { STEPS = 9, N = 2 * STEPS };
     double points[N][3], truth[N];

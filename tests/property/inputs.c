@@ -289,8 +289,7 @@ static void sides_of_a_flat_lamp(void **state) {
 /* ---- Meshes that do not cast, or not everywhere -----------------------------------------------*/
 
 static void opacity(void **state) {
-    /* 4 x 2 texels over a rectangle of 4 x 2: what casts are the texels that reach the threshold.
-     */
+    /* 4 x 2 texels over a rectangle of 4 x 2: texels that reach the threshold cast. */
     static const uint8_t texels[8] = {255, 0, 128, 127, 0, 200, 127, 255};
     scene_mesh plate = {0}, squares = {0};
     scene_rect(&plate, -2, 2, -1, 1, 3);
@@ -375,7 +374,7 @@ static void tolerances_are_kept(void **state) {
     scene_free(&mesh);
 }
 
-/* All light from so thin a ring, or so small a spot, that samples may miss it: a fraction even then,
+/* Light from so thin a ring, or so small a spot, that samples may miss it: a fraction even then,
  * and never outside the bound, of which the truth (the hard shadow of the spot) is the test. */
 static void spikes_of_a_profile(void **state) {
     static float profile[4096];

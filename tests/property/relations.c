@@ -156,8 +156,7 @@ static void triangle_order_does_not_matter(void **state) {
     free(points);
 }
 
-/* Radius 0 is 0 or 1; a tiny radius is the same but where an edge is nearer than the light is wide.
- */
+/* Radius 0 is 0 or 1; a tiny one is the same but where an edge is nearer than the light is wide. */
 static void small_lights_tend_to_points(void **state) {
     double(*points)[3] = grid();
     scene_mesh mesh = thing();

@@ -164,8 +164,7 @@ static void sphere_has_three(void **unused) {
             check_deviation(&sphere, &b, level); /* by brute force: the fine one takes long */
         before = level->triangle_count, strays = level->deviation_rms;
     }
-    /* Chords of a unit sphere with n even triangles stray by 4.8 / n / 3; bumps of .05 add to it.
-     */
+    /* Chords of a unit sphere with n even triangles stray by 4.8 / n / 3; bumps add .05. */
     assert_true(levels->level[0].deviation_rms < 3e-3);
     assert_true(levels->level[2].deviation_rms < 3e-2);
     assert_int_equal(b.levels->cached, 0);

@@ -1,5 +1,4 @@
-/* Coarser scenes (trace/lod) and the depths from which they stand for the casters (coverage/slab).
- */
+/* Coarser scenes (trace/lod), and the depths where they stand for the casters (coverage/slab). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

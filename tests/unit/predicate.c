@@ -1,5 +1,4 @@
-/* base/predicate: against exact integer arithmetic, where generic, near-degenerate and degenerate.
- */
+/* base/predicate: against exact integer arithmetic: generic, near-degenerate, degenerate. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,5 +1,4 @@
-/* The preview's own geometry: first hits, cameras, normals and shading against plain computations.
- */
+/* The preview's own geometry: first hits, cameras, normals, shading against plain computations. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -78,8 +77,7 @@ static void first_hits_are_the_nearest(void **state) {
             const raster_hit hit = hits[y * W + x];
             const double t = nearest(&c, ray, &s);
             met += isfinite(t);
-            /* 1e-9: both are doubles of a scene of size 8; a ray through an edge may go either way
-             */
+            /* 1e-9: both are doubles of a scene of size 8; a ray through an edge may do both */
             if (isinf(t) != isinf(hit.depth) || (isfinite(t) && fabs(t - hit.depth) > 1e-9 * t))
                 differ++;
         }
@@ -196,8 +194,7 @@ static void cameras_are_parsed(void **state) {
     assert_false(camera_aim(&c, 'y', 8, 8, &error));
 }
 
-/* At the reference, facing: 1. Twice as far from a sphere: a quarter. Below the horizon: nothing.
- */
+/* At the reference, facing: 1. Twice as far from a sphere: a quarter. Below the horizon: none. */
 static void shading_is_scaled(void **state) {
     (void)state;
     const vector here = {0, 0, 0}, up = {0, 1, 0}, down = {0, -1, 0};

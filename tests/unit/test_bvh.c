@@ -202,8 +202,7 @@ static void random_light(ss_light *light) {
     }
 }
 
-/* Does the segment p + t d, 0 <= t <= end, meet the triangle? In double; grazing may go either way.
- */
+/* Does the segment p + t d, 0 <= t <= end, meet the triangle? In double; grazing may do both. */
 static bool meets(const soup *s, size_t t, const double p[3], const double d[3], double end) {
     double v[3][3], e1[3], e2[3], h[3], q[3], w[3];
     for (int c = 0; c < 3; c++) {

@@ -190,8 +190,7 @@ static void matches_brute_force_on_every_rung(void **unused) {
             total++;
             partly += want > 0 && want < 1;
             differing += fabs(want - v[i]) > 1e-6;
-            /* A sample may fall to the other side of an edge by rounding; three would be a fault.
-             */
+            /* A sample may fall to the other side of an edge by rounding; three are a fault. */
             if (fabs(want - v[i]) > 2.01 * margin) {
                 fail_msg("round %u point %d (%g %g %g): %g, brute force %g", round, i, p[i][0],
                          p[i][1], p[i][2], v[i], want);
