@@ -123,8 +123,9 @@ static void test_alike(void **state) {
                           d.rms, d.max);
             CHECK(strcmp(gpu.stats.backend_used, "egl") == 0, "%s", gpu.stats.backend_used);
             CHECK(d.rms <= 1.0 / 255, "%s, %s: rms %g", method, list[s].name, d.rms);
-            /* one texel's share of the light, see above */
-            CHECK(d.max <= .04, "%s, %s: max %g", method, list[s].name, d.max);
+            /* one texel's share of the light, see above; other methods look at no rim */
+            const double most = strcmp(method, "backprojection") == 0 ? .04 : .001;
+            CHECK(d.max <= most, "%s, %s: max %g", method, list[s].name, d.max);
             CHECK(gpu.stats.points_traced == cpu.stats.points_traced &&
                       gpu.stats.silhouette_edges == cpu.stats.silhouette_edges &&
                       gpu.stats.map_bytes == cpu.stats.map_bytes,
