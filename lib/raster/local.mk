@@ -17,6 +17,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/egl/gl.c %D%/egl/gl.h \
   %D%/egl/image.c \
   %D%/egl/keep.c \
+  %D%/egl/loops.c \
   %D%/egl/passes.h \
   %D%/egl/thread.c %D%/egl/thread.h \
   %D%/egl/walk.c %D%/egl/walk.h

@@ -74,8 +74,13 @@ typedef struct ss_raster_ink {
  * of a point in map coordinates, and those tables. Texts are constants: they are known by address. */
 typedef struct ss_raster_question {
     const char *glsl;
-    ss_raster_table table[SS_RASTER_TABLES];
+    ss_raster_table table[SS_RASTER_TABLES]; /* one less where it is in parts */
     uint32_t tables;
+    /* A point may take very many steps, more than some devices run in one go. The text defines
+     *   bool advance(vec3 look, uint face, inout uvec4 at)
+     * instead, which goes on from `at`, at first all 0, and adds to `steps` how often its loops go round.
+     * From most_steps on it stops: false. true: at.x has the bits of the answer. at.x is never ~0. */
+    bool parts;
 } ss_raster_question;
 
 typedef struct ss_raster_program ss_raster_program; /* a question at the machine, its tables copied */

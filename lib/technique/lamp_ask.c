@@ -31,6 +31,7 @@ softshadow_status ss_lamp_ask(ss_light_maps *maps, const ss_lamp *lamp, const ss
     if (status) return status;
     size_t count = 0;
     for (uint32_t i = 0; i < maps->frames.count; i++) count += pyramid[i].count;
+    question->parts = true;
     question->table[question->tables++] =
         (ss_raster_table){maps->packed, count * sizeof *maps->packed};
     return SOFTSHADOW_OK;

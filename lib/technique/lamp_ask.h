@@ -6,7 +6,7 @@
 #include "technique/lamp_glsl.h"
 #include "technique/light_maps.h"
 
-/* ss_light_maps_ask(), with one lamp and one pyramid a face. */
+/* ss_light_maps_ask() in parts, with one lamp and one pyramid a face. */
 softshadow_status ss_lamp_ask(ss_light_maps *maps, const ss_lamp *lamp, const ss_pyramid *pyramid,
                               const char *glsl, ss_raster_question *question);
 

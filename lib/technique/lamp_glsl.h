@@ -120,6 +120,13 @@
     "    return hidden;\n" \
     "}\n"
 
+/* How many steps lamp_hidden()'s loops take, at most; and the end of an advance() (raster.h). */
+#define SS_LAMP_STEPS_GLSL \
+    "uint lamp_steps(View v) {\n" \
+    "    return v.square ? 1u : v.disk ? 6u * uint(word(v.face, 15u)) : 90u;\n" \
+    "}\n" \
+    "bool done(inout uvec4 at, float seen) { return at.x = floatBitsToUint(seen), true; }\n"
+
 #define SS_LAMP_KERNEL_GLSL \
     "layout(std430, binding = 6) readonly buffer Pyramids { float pyramids[]; };\n" \
     "struct Kernel { ivec2 low; ivec2 high; ivec2 count; int step; };\n" \
@@ -190,6 +197,7 @@
     "    }\n" \
     "}\n"
 
-#define SS_LAMP_GLSL SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL SS_LAMP_AREA_GLSL SS_LAMP_KERNEL_GLSL
+#define SS_LAMP_GLSL \
+    SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL SS_LAMP_AREA_GLSL SS_LAMP_STEPS_GLSL SS_LAMP_KERNEL_GLSL
 
 #endif

@@ -176,7 +176,7 @@ void ss_egl_context_close(ss_egl_context *c) {
     if (c->context == EGL_NO_CONTEXT) return;
     c->egl.MakeCurrent(c->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     c->egl.DestroyContext(c->display, c->context);
-    c->context = EGL_NO_CONTEXT, c->compiled_count = 0;
+    c->context = EGL_NO_CONTEXT, c->compiled_count = 0, c->most_steps = 0;
 }
 
 /* ---- what went wrong ------------------------------------------------------------------------- */

@@ -22,6 +22,7 @@ typedef struct ss_egl_context {
     EGLContext context;
     ss_raster_device device;
     int64_t largest; /* bytes of a buffer that a shader can read */
+    uint32_t most_steps; /* in one go: see ss_egl_measure_loops(); 0: not known yet */
     ss_egl_compiled compiled[SS_EGL_PROGRAMS];
     uint32_t compiled_count;
 } ss_egl_context;
