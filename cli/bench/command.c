@@ -288,6 +288,7 @@ static void complete_scenes(request *r, int files) {
     if (files || r->scene_count) return;
     if (r->maps) take_scenes(r, "bunny,dragon-48k,leaves-2k", &none);
     else if (r->sweep_count) take_scenes(r, "bunny", &none);
+    else if (r->options.quick && is_matrix(r)) take_scenes(r, "triangle,leaves-2k,bunny", &none);
     else if (r->options.quick) take_scenes(r, "triangle,leaves-2k,bunny,dragon-202k", &none);
     for (size_t i = 0; !r->scene_count && i < bench_scene_count(); i++) r->scenes[i] = i;
     if (!r->scene_count) r->scene_count = bench_scene_count();
@@ -358,7 +359,7 @@ int cli_bench(int argc, char **argv) {
         {.name = "repeat", .kind = CLI_UINT, .argument = "N", .into = &o->repeat, .low = 1,
          .high = 31, .help = "timings of each side, in turns; medians count (3)"},
         {.name = "quick", .kind = CLI_FLAG, .into = &o->quick,
-         .help = "four scenes, fewer points and settings"},
+         .help = "the smaller scenes, fewer points and settings"},
         {.name = "threads", .kind = CLI_UINT, .argument = "N", .into = &o->threads, .low = 1,
          .high = 1024, .help = "of the library; with 1 all is pinned to one processor (1)"},
         {.name = "truth-points", .kind = CLI_UINT, .argument = "N", .into = &o->truth_points,

@@ -1,4 +1,8 @@
-EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv %D%/maps.csv %D%/plot_maps.py
+EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv %D%/maps.csv %D%/plot_maps.py \
+  %D%/browser.py %D%/check.py %D%/plots.py %D%/report.css %D%/report.py
+bench_tests = %D%/check_test.py %D%/page.py
+dist_check_SCRIPTS += $(bench_tests)
+TESTS += $(bench_tests)
 # Built by name only: make tests/bench/decimate
 EXTRA_PROGRAMS += tests/bench/decimate
 tests_bench_decimate_SOURCES = %D%/decimate.cc
@@ -6,14 +10,24 @@ tests_bench_decimate_LDADD = libsoftshadow-core.la -lOpenMeshTools
 # The compiler sees ghosts in OpenMesh's vectors.
 tests_bench_decimate_CXXFLAGS = $(AM_CXXFLAGS) -Wno-maybe-uninitialized
 
-# make bench: the library against Embree at equal error. BENCH_FLAGS= measures every scene, three times.
+# make bench: the library and Embree, run time against error, as one page with pictures. BENCH_FLAGS=
+# measures every scene at every setting.
 BENCH_FLAGS = --quick
+BENCH_SWEEPS = --sweep triangles,points,light,resolution,threads
+BENCH_PICTURES = --scenes bunny,leaves-2k --lights medium
+BENCH_DIR = bench
 bench: all
-	@$(MKDIR_P) bench
-	./softshadow bench --peer $(BENCH_FLAGS) --csv bench/results.csv --times bench/times.csv
-.PHONY: bench
+	@$(MKDIR_P) $(BENCH_DIR)
+	./softshadow bench $(BENCH_FLAGS) --csv $(BENCH_DIR)/matrix.csv --json $(BENCH_DIR)/matrix.json
+	./softshadow bench $(BENCH_FLAGS) $(BENCH_SWEEPS) --csv $(BENCH_DIR)/sweep.csv
+	./softshadow bench $(BENCH_PICTURES) --pictures $(BENCH_DIR)/pictures --csv $(BENCH_DIR)/pictures.csv
+	./softshadow bench --peer $(BENCH_FLAGS) --csv $(BENCH_DIR)/results.csv --times $(BENCH_DIR)/times.csv
+	$(PYTHON) $(srcdir)/%D%/report.py $(BENCH_DIR)
+# Whether ratios or errors are worse than results.csv says: minutes, and no part of make check.
+bench-check: all
+	$(PYTHON) $(srcdir)/%D%/check.py $(srcdir)/%D%/results.csv --run ./softshadow
+.PHONY: bench bench-check
 clean-local-bench:
-	-rm -f bench/results.csv bench/times.csv
-	-rmdir bench 2>/dev/null
+	-rm -rf bench
 clean-local: clean-local-bench
 .PHONY: clean-local-bench
