@@ -59,6 +59,24 @@ TESTS += $(contracts)
 %C%_memory_LDFLAGS = -export-dynamic
 endif
 
+# make check-bits: the library built by gcc and by clang, without and with all optimisation, on every
+# instruction-set rung: one program must get the same bits from all of them. See bits.sh.
+EXTRA_DIST += %D%/bits.sh
+if HAVE_CMOCKA
+EXTRA_PROGRAMS += %D%/digest
+%C%_digest_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_digest_LDADD = $(PROOF_LIBS) -ldl
+check-bits: %D%/digest
+	@$(AM_TESTS_ENVIRONMENT) $(SHELL) $(srcdir)/%D%/bits.sh
+endif
+.PHONY: check-bits
+
+# make check-valgrind: see valgrind.sh.
+EXTRA_DIST += %D%/valgrind.sh %D%/valgrind.supp
+check-valgrind: %D%/dlopen libsoftshadow.la
+	@$(AM_TESTS_ENVIRONMENT) $(SHELL) $(srcdir)/%D%/valgrind.sh
+.PHONY: check-valgrind
+
 # make check-threads: the tests in which threads meet, under ThreadSanitizer, in a build of their own.
 EXTRA_DIST += %D%/threads.sh %D%/threads.supp
 check-threads:
