@@ -238,9 +238,11 @@ static bool is_open(const eye *e) {
 }
 
 /* Where floats see a segment meet a plane that holds its origin: at its height above it, which is
- * rounding only, over the sine of the angle between them. */
+ * rounding only, over the sine of the angle between them. Floats know a triangle's plane the worse the
+ * thinner it is: its normal comes from edges whose rounding is one of the corners' distances, and the
+ * height of the origin from a corner as far away as that. */
 static bool meets(const eye *e, uint32_t triangle) {
-    double v[3][3], one[3], two[3], normal[3], low, high, longest = 0;
+    double v[3][3], one[3], two[3], three[3], normal[3], low, high, longest = 0;
     ss_world_triangle(e->stage->world, triangle, v);
     for (int i = 0; i < 3; i++) {
         ss_sub(v[i], e->contact.p, v[i]);
@@ -248,11 +250,15 @@ static bool meets(const eye *e, uint32_t triangle) {
     }
     ss_sub(v[1], v[0], one);
     ss_sub(v[2], v[0], two);
+    ss_sub(v[2], v[1], three);
     ss_cross(one, two, normal);
+    const double area = ss_length(normal); /* twice */
     if (!ss_normalize(normal)) return true;
+    const double edge = ss_max(ss_length(one), ss_max(ss_length(two), ss_length(three))),
+                 reach = ss_max(sqrt(longest), edge), tilt = 0x1p-22 * reach * edge / area;
     span(&e->view, normal, &low, &high);
-    const double sine = ss_max(low, -high) / size_of(&e->view);
-    const double rounding = 0x1p-23 + 0x1p-22 * sqrt(longest);
+    const double sine = ss_max(low, -high) / size_of(&e->view) - tilt;
+    const double rounding = 0x1p-23 + (0x1p-22 + tilt) * reach;
     return !(fabs(ss_dot(normal, v[0])) + rounding < CLEAR_SHARE * CLEAR_SHARE * e->contact.clear * sine);
 }
 

@@ -420,6 +420,55 @@ static void bad_points_name_anything(void **state) {
     scene_free(&mesh);
 }
 
+/* One sliver in a scene a thousand times as wide and more, the lamp wholly above its plane: no point
+ * of it is dark. Floats know the plane of such a triangle badly, or not at all. */
+static void slivers_stay_lit(void **state) {
+    enum { SLIVERS = 1500, ON = 12 };
+    uint64_t s = 1;
+    for (int t = 0; t < SLIVERS; t++) {
+        scene_mesh mesh = {0};
+        double r[9], at[3], points[ON][3], lamp[3];
+        uint64_t primitives[ON] = {0};
+        scene_rotation(&s, r);
+        const double width = pow(10, scene_uniform(&s, -12, -3)), length = scene_uniform(&s, .3, 1);
+        const double corner[3][2] = {
+            {-length, 0}, {length, 0}, {scene_uniform(&s, -length, length), width}};
+        for (int k = 0; k < 3; k++) at[k] = scene_uniform(&s, -.3, .3);
+        for (int i = 0; i < 3; i++) {
+            double x[3];
+            for (int k = 0; k < 3; k++)
+                x[k] = at[k] + r[3 * k] * corner[i][0] + r[3 * k + 1] * corner[i][1];
+            scene_vertex(&mesh, x[0], x[1], x[2]);
+        }
+        scene_triangle(&mesh, 0, 1, 2);
+        for (int i = -1; i <= 1; i += 2) { /* no area: there to make the scene wide */
+            const uint32_t v = scene_vertex(&mesh, i, i, i);
+            scene_triangle(&mesh, v, v, v);
+        }
+        const double far = scene_uniform(&s, 2, 5), up = far * scene_uniform(&s, .1, 1),
+                     turn = scene_uniform(&s, 0, 2 * SCENE_PI);
+        for (int k = 0; k < 3; k++) {
+            lamp[k] = at[k] + r[3 * k] * far * cos(turn) + r[3 * k + 1] * far * sin(turn) +
+                      r[3 * k + 2] * up;
+        }
+        for (int i = 0; i < ON; i++) {
+            const double u = scene_uniform(&s, 0, .5), v = scene_uniform(&s, 0, .5);
+            for (int k = 0; k < 3; k++) {
+                const double *x = mesh.xyz + k;
+                points[i][k] = (1 - u - v) * x[0] + u * x[3] + v * x[6];
+            }
+        }
+        ask q = ask_new(*state, &mesh, scene_sphere_light(lamp[0], lamp[1], lamp[2], .4 * up),
+                        (const double(*)[3])points, ON, 256);
+        q.primitives = primitives;
+        ask_do(&q);
+        for (int i = 0; i < ON; i++)
+            CHECK(q.visibility[i] == 1, "sliver %d, %g wide: %g", t, width, q.visibility[i]);
+        ask_free(&q);
+        scene_free(&mesh);
+    }
+}
+
 int main(void) {
     const ask_test tests[] = {
         {"bad points are NaN and counted", bad_points_are_nan_and_counted, NULL},
@@ -433,6 +482,7 @@ int main(void) {
         {"a ground that casts", a_ground_that_casts, ask_truthful},
         {"inside and behind a lamp", inside_and_behind_a_lamp, ask_truthful},
         {"sides of a flat lamp", sides_of_a_flat_lamp, ask_truthful},
+        {"slivers stay lit", slivers_stay_lit, ask_truthful},
         {"opacity", opacity, ask_truthful},
         {"flags decide what casts", flags_decide_what_casts, NULL},
         {"tolerances are kept", tolerances_are_kept, ask_truthful},
