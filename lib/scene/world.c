@@ -8,6 +8,8 @@
 
 #define PADDING 4  /* floats that Embree may read behind the last vertex */
 #define HALF_BITS 8 /* of half, below the largest side's power of two */
+#define LEAST (-1074) /* of the exponents that a double's numbers are multiples of */
+#define MOST 1023     /* of the exponents of powers of two */
 
 static bool casts(const ss_mesh *mesh) {
     return mesh->used && (mesh->flags & SOFTSHADOW_CASTS) && mesh->triangle_count > 0;
@@ -20,7 +22,7 @@ static void place_origin(ss_world *world, const double low[3], const double high
     for (int k = 0; k < 3; k++) largest = fmax(largest, high[k] - low[k]);
     int exponent = 0;
     if (largest > 0) frexp(largest, &exponent); /* largest < 2^exponent */
-    const double grid = ldexp(1, exponent - HALF_BITS);
+    const double grid = ldexp(1, exponent < LEAST + HALF_BITS ? LEAST : exponent - HALF_BITS);
     for (int k = 0; k < 3; k++) {
         world->low[k] = low[k];
         world->half[k] = largest > 0 ? grid * rint((high[k] - low[k]) / (2 * grid)) : 0;
@@ -32,7 +34,8 @@ static void place_origin(ss_world *world, const double low[3], const double high
     }
     if (reach > 0) frexp(reach, &exponent);
     if (reach > 0 && ldexp(0.5, exponent) == reach) exponent--; /* a power of two becomes 1 itself */
-    world->scale = reach > 0 ? ldexp(1, -exponent) : 1;
+    /* Where all is denormal the scale would be none: the scene stays as small as 2^-51, then. */
+    world->scale = reach > 0 ? ldexp(1, exponent < -MOST ? MOST : -exponent) : 1;
 }
 
 static softshadow_status count_casters(ss_world *world, const ss_scene *scene) {

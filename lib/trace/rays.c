@@ -237,6 +237,10 @@ softshadow_status ss_rays_create(ss_rays **out, const ss_world *world, ss_pool *
         return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "ray tracing: not in a child made by fork(), where "
                        "Embree's scheduler may hang; the methods without rays work");
     }
+    if (world->extent > 0 && world->extent < 0.25f) { /* a scene fills -1..1, where doubles can scale it */
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "ray tracing: all casters together are smaller than "
+                       "2^-1023; the methods without rays work");
+    }
     const embree *rtc;
     softshadow_status status = loaded(&rtc);
     if (!status) status = try_threads();

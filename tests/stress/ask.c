@@ -1,6 +1,10 @@
+#include <fenv.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
 
 #include "stress/stress.h"
 
@@ -39,12 +43,23 @@ static softshadow_status put(softshadow *handle, const char *method, const stres
     return status ? status : softshadow_build_maps(handle, &build);
 }
 
+static void set_mode(stress_mode mode) {
+    static const int rounding[] = {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
+    if (mode < STRESS_FLUSHED) fesetround(rounding[mode]);
+#if defined(__x86_64__)
+    if (mode == STRESS_FLUSHED) _mm_setcsr(_mm_getcsr() | 0x8040u);
+#endif
+}
+
 softshadow_status stress_ask(const char *method, const stress_case *one, float *visibility,
-                             float *bound) {
+                             float *bound, stress_mode mode) {
     softshadow *handle;
     softshadow_points points = SOFTSHADOW_POINTS_INIT;
     float *vertices = to_floats(one->mesh.xyz, 3 * one->mesh.vertices);
     float *positions = to_floats(one->points[0], 3 * one->count);
+    fenv_t usual;
+    fegetenv(&usual);
+    set_mode(mode);
     softshadow_status status = softshadow_create(&handle, NULL);
     if (!status) status = put(handle, method, one, vertices);
     points.position_type = one->single ? SOFTSHADOW_F32 : SOFTSHADOW_F64;
@@ -56,6 +71,7 @@ softshadow_status stress_ask(const char *method, const stress_case *one, float *
                 softshadow_last_message(handle));
     }
     softshadow_destroy(handle);
+    fesetenv(&usual);
     free(vertices), free(positions);
     return status;
 }

@@ -104,7 +104,7 @@ static void round_all(stress_case *one) {
 }
 
 static void scales(const sweep *s) {
-    static const double scale[] = {1e-40, 1e-20, 1e-6, 1e-3, 1, 1e3, 1e6};
+    static const double scale[] = {1e-40, 1e-20, 1e-6, 1e-3, 1, 1e3, 1e6, 1e12};
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
         char cell[32];
         snprintf(cell, sizeof cell, "%g", scale[i]);
@@ -112,7 +112,36 @@ static void scales(const sweep *s) {
         find_truth(&one);
         const double k = scale[i], m[12] = {k, 0, 0, 0, 0, k, 0, 0, 0, 0, k, 0};
         move_all(&one, m, k);
+        one.in_modes = k == 1;
         finish(s, &one);
+    }
+}
+
+/* Numbers below what floats, or doubles, have all digits of: there they are multiples of 2^-149, or
+ * of 2^-1074, and the scene is made of few of them or of many. */
+static void denormals(const sweep *s) {
+    static const double unit[] = {0x1p-149, 0x1p-1074};
+    static const char *const names[] = {"float, %g units", "double, %g units"};
+    static const double units[] = {1e2, 1e4, 1e6};
+    for (int single = 1; single >= 0; single--) {
+        for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+            char cell[32];
+            snprintf(cell, sizeof cell, names[!single], units[i]);
+            stress_case one = start_base("denormals", cell);
+            const double k = units[i], m[12] = {k, 0, 0, 0, 0, k, 0, 0, 0, 0, k, 0};
+            move_all(&one, m, k);
+            for (size_t v = 0; v < 3 * one.mesh.vertices; v++) one.mesh.xyz[v] = rint(one.mesh.xyz[v]);
+            for (size_t v = 0; v < 3 * one.count; v++) one.points[0][v] = rint(one.points[0][v]);
+            for (int v = 0; v < 3; v++) one.light.position[v] = rint(one.light.position[v]);
+            one.light.radius = rint(one.light.radius);
+            one.in_modes = units[i] == 1e4;
+            find_truth(&one); /* in whole units; now smaller by a power of two, which is exact */
+            const double u = unit[!single], down[12] = {u, 0, 0, 0, 0, u, 0, 0, 0, 0, u, 0};
+            move_all(&one, down, u);
+            one.single = single, one.no_rays = !single;
+            one.maps_too = false;
+            finish(s, &one);
+        }
     }
 }
 
@@ -125,10 +154,13 @@ static void offsets(const sweep *s) {
         stress_case one = start_base("offset, double", cell);
         find_truth(&one);
         move_all(&one, m, 1);
+        one.in_modes = by[i] == 1e6;
         finish(s, &one);
-        if (by[i] > 1e5) continue; /* floats a whole caster apart */
-        one = start_base("offset, float", cell);
-        move_all(&one, m, 1);
+        /* From 1e6 on floats are a part of a caster apart: a larger scene then. */
+        const double k = by[i] > 1e5 ? 1e3 : 1;
+        const double scaled[12] = {k, 0, 0, m[3], 0, k, 0, m[7], 0, 0, k, m[11]};
+        one = start_base("offset, float", k > 1 ? strcat(cell, ", 1000 wide") : cell);
+        move_all(&one, scaled, k);
         round_all(&one);
         finish_with_truth(s, &one);
     }
@@ -254,6 +286,7 @@ static void slivers(const sweep *s) {
                 {x, -2, .8}, {x + w, -2, .8}, {x + .4 + w, 2, .8}, {x + .4, 2, .8}};
             scene_quad(&one.mesh, quad);
         }
+        one.in_modes = width[i] == 1e-8;
         finish_with_truth(s, &one);
     }
 }
@@ -319,12 +352,12 @@ static void stand_on(stress_case *one, uint64_t triangle, const double at[3], si
 
 /* Points of every face of a scene: inside it, on its edges, at its vertices. All numbers are such
  * that a point on a face is there to the last bit, for the oracle too. */
-static void on_faces(const sweep *s) {
+static void on_faces_of(const sweep *s, const char *cell, bool primitives) {
     static const double weights[][3] = {
         {.25, .25, .5}, {.5, .5, 0}, {0, .25, .75}, {1, 0, 0}, {0, 0, 1}};
     const double low[3] = {-.5, -.5, .5}, high[3] = {0, .25, 1}, roof[3] = {.25, .25, 1.5},
                  eaves[3] = {-.75, -.75, 1.25};
-    stress_case one = start("points on faces", "with primitives");
+    stress_case one = start("points on faces", cell);
     scene_box(&one.mesh, low, high), scene_box(&one.mesh, eaves, roof);
     one.light = scene_sphere_light(.25, -.25, 4, .5);
     one.primitives = calloc(one.count, sizeof *one.primitives);
@@ -342,29 +375,69 @@ static void on_faces(const sweep *s) {
     }
     one.count = n;
     one.maps_too = false; /* bias and resolution decide there */
+    if (!primitives) {
+        free(one.primitives);
+        one.primitives = NULL;
+    }
     finish_with_truth(s, &one);
 }
 
+static void on_faces(const sweep *s) {
+    on_faces_of(s, "with primitives", true), on_faces_of(s, "positions alone", false);
+}
+
+/* Points on slivers that lie askew, each on its own and in nobody's shadow but that of the base's
+ * casters. Numbers of few bits: the points are on the slivers exactly. */
+static void on_slivers(const sweep *s) {
+    static const int bits[] = {8, 16, 20, 22, 24, 26, 30};
+    for (size_t i = 0; i < 3 * sizeof bits / sizeof *bits; i++) {
+        const double height = i % 3 == 0 ? 4 : i % 3 == 1 ? .2 : .01; /* of the lamp, above them */
+        char cell[32];
+        snprintf(cell, sizeof cell, "2^-%d, lamp %g above", bits[i / 3], height);
+        stress_case one = start_base("points on slivers", cell);
+        const double w = ldexp(1, -bits[i / 3]);
+        one.primitives = calloc(one.count, sizeof *one.primitives);
+        if (!one.primitives) abort();
+        for (size_t k = 0; k < one.count; k++) { /* z = 2 + y/4 + x/2: above the base */
+            const double x = -1 + (double)k / 64, y = -1 + (double)(k * 37 % 128) / 64;
+            const uint32_t a = scene_vertex(&one.mesh, x, -2, 1.5 + x / 2),
+                           b = scene_vertex(&one.mesh, x + w, -2, 1.5 + x / 2 + w / 2);
+            const double at[3] = {x + w / 16, y, 2 + y / 4 + (x + w / 16) / 2};
+            scene_triangle(&one.mesh, a, b, scene_vertex(&one.mesh, x, 2, 2.5 + x / 2));
+            stand_on(&one, one.mesh.triangles - 1, at, k);
+            one.truth[k] = 1; /* all slivers lie in one plane, the lamp above it */
+        }
+        one.light = scene_sphere_light(.5, 6, 3.75 + height, .3 * height);
+        one.maps_too = false;
+        finish(s, &one);
+    }
+}
+
 /* A little above and below a plate that casts: below it is dark, above it is not. */
-static void ulps(const sweep *s) {
+static void ulps_of(const sweep *s, bool single) {
     for (int n = -4; n <= 4; n++) {
         char cell[32];
-        snprintf(cell, sizeof cell, "%+d ulp", n);
+        snprintf(cell, sizeof cell, "%+d ulp, %s", n, single ? "float" : "double");
         stress_case one = start("points by a face", cell);
         scene_rect(&one.mesh, -1, 1, -1, 1, .7f);
         scene_grid(one.points, SIDE, -.9, .9, -.9, .9, 0);
         double z = .7f;
-        for (int k = 0; k < abs(n); k++) z = nextafter(z, n > 0 ? 9 : -9);
+        for (int k = 0; k < abs(n); k++) {
+            z = single ? nextafterf((float)z, n > 0 ? 9 : -9) : nextafter(z, n > 0 ? 9 : -9);
+        }
         for (size_t i = 0; i < one.count; i++) {
             one.points[i][2] = z;
             /* Within 4 ulp of the largest coordinate a face is touched: it hides nothing. */
             one.truth[i] = 1;
         }
         one.light = scene_sphere_light(.2, .1, 3, .5);
+        if (single) round_all(&one);
         one.maps_too = false;
         finish(s, &one);
     }
 }
+
+static void ulps(const sweep *s) { ulps_of(s, false), ulps_of(s, true); }
 
 /* Coplanar with the ground: hides nothing, whatever side the points are on. */
 static void coplanar(const sweep *s) {
@@ -377,8 +450,8 @@ static void coplanar(const sweep *s) {
 
 void stress_cases(stress_each *each, void *user) {
     const sweep s = {each, user};
-    scales(&s), offsets(&s), rotations(&s);
+    scales(&s), denormals(&s), offsets(&s), rotations(&s);
     radii(&s), distances(&s), grains(&s), suns(&s), touching(&s);
-    slivers(&s), soups(&s), on_faces(&s), ulps(&s), coplanar(&s);
+    slivers(&s), soups(&s), on_faces(&s), on_slivers(&s), ulps(&s), coplanar(&s);
     coincident(&s);
 }

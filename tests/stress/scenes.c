@@ -83,7 +83,7 @@ static void find_truth(stress_case *one) {
 /* The first point whose truth is outside the method's bound; POINTS: none is. */
 static int find_outside(const stress_case *one, const char *method, float *visibility,
                         float *bound) {
-    if (stress_ask(method, one, visibility, bound)) return 0;
+    if (stress_ask(method, one, visibility, bound, STRESS_USUAL)) return 0;
     const bool automatic = strcmp(method, "auto") == 0;
     for (int i = 0; i < POINTS; i++) {
         const double off = fabs(visibility[i] - one->truth[i]);
