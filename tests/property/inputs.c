@@ -420,6 +420,49 @@ static void bad_points_name_anything(void **state) {
     scene_free(&mesh);
 }
 
+/* Whole numbers, and as many of the least number there is: rays are refused, all others answer as
+ * well as they do. Maps have another lattice there: points at edges differ, a few in a hundred. */
+static void the_least_numbers(void **state) {
+    double whole[N][3], least[N][3];
+    scene_mesh mesh = thing();
+    for (size_t i = 0; i < 3 * mesh.vertices; i++) mesh.xyz[i] = rint(256 * mesh.xyz[i]);
+    scene_grid(whole, SIDE, -1500, 1500, -1500, 1500, 0);
+    ask a = ask_new(*state, &mesh, scene_sphere_light(60, -40, 1800, 100),
+                    (const double(*)[3])whole, N, SAMPLES);
+    ask_do(&a);
+    for (size_t i = 0; i < 3 * mesh.vertices; i++) mesh.xyz[i] = ldexp(mesh.xyz[i], -1074);
+    for (int i = 0; i < N; i++)
+        for (int k = 0; k < 3; k++) least[i][k] = ldexp(whole[i][k], -1074);
+    ask b = a;
+    b.points = (const double(*)[3])least, b.visibility = b.bound = NULL;
+    for (int k = 0; k < 3; k++) b.light.position[k] = ldexp(a.light.position[k], -1074);
+    b.light.radius = ldexp(a.light.radius, -1074);
+    if (strcmp(*state, "raytrace") == 0) {
+        softshadow *handle = ask_handle(&(ask){.method = "exact", .mesh = &mesh, .light = b.light,
+                                               .build = b.build, .options = b.options});
+        softshadow_build build = a.build;
+        build.method = "raytrace";
+        CHECK(softshadow_build_maps(handle, &build) == SOFTSHADOW_E_UNSUPPORTED, "%s",
+              softshadow_last_message(handle));
+        softshadow_destroy(handle);
+    } else {
+        ask_do(&b);
+        int lit = 0, dark = 0, others = 0;
+        for (int i = 0; i < N; i++) {
+            const double off = fabs(a.visibility[i] - b.visibility[i]);
+            lit += a.visibility[i] > .5f, dark += a.visibility[i] < .5f;
+            CHECK(!ask_truthful(*state) || off <= a.bound[i] + b.bound[i], "point %d: %g, %g", i,
+                  a.visibility[i], b.visibility[i]);
+            others += off > .02;
+        }
+        CHECK(lit > 20 && dark > 20 && others < N / 20, "%d lit, %d dark, %d otherwise", lit, dark,
+              others);
+        ask_free(&b);
+    }
+    ask_free(&a);
+    scene_free(&mesh);
+}
+
 /* One sliver in a scene a thousand times as wide and more, the lamp wholly above its plane: no point
  * of it is dark. Floats know the plane of such a triangle badly, or not at all. */
 static void slivers_stay_lit(void **state) {
@@ -482,6 +525,7 @@ int main(void) {
         {"a ground that casts", a_ground_that_casts, ask_truthful},
         {"inside and behind a lamp", inside_and_behind_a_lamp, ask_truthful},
         {"sides of a flat lamp", sides_of_a_flat_lamp, ask_truthful},
+        {"the least numbers", the_least_numbers, NULL},
         {"slivers stay lit", slivers_stay_lit, ask_truthful},
         {"opacity", opacity, ask_truthful},
         {"flags decide what casts", flags_decide_what_casts, NULL},
