@@ -266,6 +266,8 @@ typedef struct softshadow_stats {
     uint64_t lod_triangles;    /* triangles of coarser levels at hand; 0: none was used */
     double upload_seconds, download_seconds; /* of build and queries, spent on copies to the GPU and
                                                 back; of queries the sum over threads */
+    double depth_seconds, silhouette_seconds; /* of build, spent on maps of the nearest depths and on
+                                                 finding silhouettes */
 } softshadow_stats;
 
 /* One plane of what was built, to look at or to use on a GPU. Valid until the next build. A depth of

@@ -14,6 +14,7 @@
 #include "backends.h"
 #include "bench.h"
 #include "figure10.h"
+#include "map_times.h"
 #include "maps.h"
 #include "matrix.h"
 #include "report.h"
@@ -24,9 +25,9 @@ typedef struct request {
     bench_options options;
     size_t scenes[SCENES];
     size_t scene_count;
-    const char *csv, *json, *times, *models, *figure10;
+    const char *csv, *json, *times, *models, *figure10, *timed;
     softshadow_light light;
-    bool light_given, calibrate, figure10_given, maps;
+    bool light_given, calibrate, figure10_given, maps, map_times;
     bool small, medium, object; /* lights */
     bool camera, scattered;
     uint32_t backend;
@@ -190,6 +191,7 @@ static bool one_cell(request *r, bench_cell *cell, cli_error *error) {
         return true;
     }
     if (r->maps) return bench_maps(cell, &r->options, r->csv, &r->map_rows, error);
+    if (r->map_times) return bench_map_times(cell, &r->options, r->timed, error);
     if (r->options.rays) return bench_rays(cell, &r->options, error);
     if (r->backend == SOFTSHADOW_EGL)
         return bench_backends(cell, &r->options, r->times, &r->backend_times, error);
@@ -301,6 +303,9 @@ static void complete(request *r, int files) {
     cli_error none;
     if (!o->tolerance_count) take_tolerances(r, "1/64,1/256,1/1024", &none);
     if (r->maps && !r->small && !r->medium && !r->object) r->small = r->medium = r->object = true;
+    if (r->map_times && !r->small && !r->medium && !r->object) r->medium = true;
+    if (r->map_times && !files && !r->scene_count) take_scenes(r, "bunny,dragon-871k", &none);
+    if (r->map_times && o->repeat == 0) o->repeat = 15;
     if (!r->small && !r->medium && !r->object) r->medium = r->object = true;
     if (!r->camera && !r->scattered) r->camera = true;
     complete_scenes(r, files);
@@ -381,6 +386,11 @@ int cli_bench(int argc, char **argv) {
         {.name = "maps", .kind = CLI_FLAG, .into = &r.maps,
          .help = "errors and times of every map method at 256 to 4096 texels a side\n"
                  "(of bunny, dragon-48k and leaves-2k, under all three lights)"},
+        {.name = "map-times", .kind = CLI_TEXT, .argument = "LIST", .into = &r.timed,
+         .optional = true, .given = &r.map_times,
+         .help = "times of map methods (all) at 1024 texels a side, of the depth map, of the\n"
+                 "silhouettes (of bunny and dragon-871k, under the medium light); with\n"
+                 "--threads 2 or more what these gain over one"},
         {.name = "calibrate", .kind = CLI_FLAG, .into = &r.calibrate,
          .help = "find the medium light: a quarter of the points in penumbra"},
         {0}};

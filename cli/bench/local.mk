@@ -7,6 +7,7 @@ softshadow_SOURCES += \
   %D%/front.c \
   %D%/maps.c %D%/maps.h \
   %D%/matrix.c %D%/matrix.h \
+  %D%/map_times.c %D%/map_times.h \
   %D%/measure.c %D%/truth.c \
   %D%/peer.c %D%/peer.h \
   %D%/pictures.c \

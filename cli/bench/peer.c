@@ -22,7 +22,7 @@
     X(SetSceneBuildQuality) X(CommitScene) X(AttachGeometry) X(NewGeometry) X(ReleaseGeometry) \
     X(SetDeviceMemoryMonitorFunction) \
     X(SetGeometryBuildQuality) X(SetSharedGeometryBuffer) X(CommitGeometry) X(Occluded16) \
-    X(Intersect1)
+    X(Intersect1) X(Intersect16)
 /* clang-format on */
 
 /* Only the types of Embree's header are used, never its symbols. */
@@ -367,6 +367,40 @@ static inline __attribute__((always_inline)) void answer(const work *w, const fl
     }
 }
 
+/* Four by four rays of a picture. */
+static inline __attribute__((always_inline)) void picture(RTCScene scene, const peer_rays *rays,
+                                                          float *out) {
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    _Alignas(64) struct RTCRayHit16 all = {0};
+    float origin[3];
+    ints valid = ~(ints){0};
+    floats column, row;
+    for (int k = 0; k < 3; k++) origin[k] = (float)rays->origin[k];
+    for (int i = 0; i < PACKET; i++) column[i] = (float)(i % 4) + .5f, row[i] = (float)(i / 4) + .5f;
+    const float per = 2 / (float)rays->side;
+    begin(&all.ray, origin);
+    for (uint32_t y = 0; y < rays->side; y += 4) {
+        for (uint32_t x = 0; x < rays->side; x += 4) {
+            const floats s = (column + (float)x) * per - 1, t = (row + (float)y) * per - 1;
+            float *const to[3] = {all.ray.dir_x, all.ray.dir_y, all.ray.dir_z};
+            for (int k = 0; k < 3; k++)
+                *(floats *)to[k] = ALL_OF((float)rays->middle[k]) + s * ALL_OF((float)rays->x[k]) +
+                                   t * ALL_OF((float)rays->y[k]);
+            *(floats *)all.ray.tfar = ALL_OF(INFINITY);
+            *(ints *)all.hit.geomID = ~(ints){0};
+            rtc.Intersect16((const int *)&valid, scene, &context, &all);
+            for (uint32_t i = 0; i < 4; i++)
+                memcpy(out + (size_t)(y + i) * rays->side + x, all.ray.tfar + 4 * i, 4 * sizeof *out);
+        }
+    }
+}
+
+static void picture_plain(RTCScene scene, const peer_rays *rays, float *out) {
+    picture(scene, rays, out);
+}
+
 static void answer_plain(const work *w, const float (*p)[3], size_t n, float *out) {
     answer(w, p, n, out);
 }
@@ -385,6 +419,22 @@ answer_avx512(const work *w, const float (*p)[3], size_t n, float *out) {
     answer(w, p, n, out);
 }
 
+__attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,prefer-vector-width=512"))) static void
+picture_avx512(RTCScene scene, const peer_rays *rays, float *out) {
+    picture(scene, rays, out);
+}
+
+static void picture_best(RTCScene scene, const peer_rays *rays, float *out) {
+    const unsigned saved = _mm_getcsr();
+    _mm_setcsr(saved | FLUSH);
+    if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+        picture_avx512(scene, rays, out);
+    else
+        picture_plain(scene, rays, out);
+    _mm_setcsr(saved);
+}
+
 static void answer_best(const work *w, const float (*p)[3], size_t n, float *out) {
     const unsigned saved = _mm_getcsr();
     _mm_setcsr(saved | FLUSH);
@@ -398,6 +448,10 @@ static void answer_best(const work *w, const float (*p)[3], size_t n, float *out
     _mm_setcsr(saved);
 }
 #else
+static void picture_best(RTCScene scene, const peer_rays *rays, float *out) {
+    picture_plain(scene, rays, out);
+}
+
 static void answer_best(const work *w, const float (*p)[3], size_t n, float *out) {
     answer_plain(w, p, n, out);
 }
@@ -411,4 +465,8 @@ void peer_query(const peer *p, const softshadow_light *light, const peer_samples
     work w = {.light = light, .samples = samples, .scene = p->scene, .context = &context};
     prepare(&w);
     answer_best(&w, points, count, visibility);
+}
+
+void peer_depth(const peer *p, const peer_rays *rays, float *out) {
+    picture_best(p->scene, rays, out);
 }

@@ -44,6 +44,16 @@ uint64_t peer_bytes(const peer *peer);
 uint32_t peer_first_hit(const peer *peer, const double origin[3], const double direction[3],
                         double *distance);
 
+/* A picture of side x side rays from one place: through texel (x, y), in -1..1, goes middle + x * x[] +
+ * y * y[]. */
+typedef struct peer_rays {
+    double origin[3], middle[3], x[3], y[3];
+    uint32_t side; /* a multiple of 4 */
+} peer_rays;
+/* How far along its ray each texel's nearest hit is, row after row, the lowest y first; infinite:
+ * none. Coherent packets of 4 x 4 rays. */
+void peer_depth(const peer *peer, const peer_rays *rays, float *out);
+
 /* Sample tables for a light and a count; reused for all batches. */
 typedef struct peer_samples peer_samples;
 peer_samples *peer_samples_create(const softshadow_light *light, const peer_style *style);

@@ -373,6 +373,8 @@ static void sum_up(softshadow *handle, softshadow_stats *stats) {
     const ss_totals totals = handle->totals;
     pthread_mutex_unlock(&handle->totals_lock);
     stats->build_seconds = totals.build_seconds, stats->query_seconds = totals.query_seconds;
+    stats->depth_seconds = totals.build_spent.depth;
+    stats->silhouette_seconds = totals.build_spent.silhouettes;
     stats->points = totals.points, stats->points_bad = totals.points_bad;
     stats->points_lit = totals.counts.lit, stats->points_umbra = totals.counts.umbra;
     stats->points_penumbra = totals.counts.penumbra;

@@ -121,6 +121,7 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
                                       .params = &built->plan.params,
                                       .pool = handle->pool,
                                       .progress = progress,
+                                      .spent = &handle->totals.build_spent,
                                       .bvh = built->bvh,
                                       .rays = built->rays,
                                       .topology = built->topology,

@@ -14,6 +14,7 @@
 /* Sums since the last build. */
 typedef struct ss_totals {
     double build_seconds, query_seconds;
+    ss_spent build_spent;
     ss_raster_spent build_copies;
     ss_counts counts;
     uint64_t points, points_bad;

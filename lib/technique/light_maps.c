@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
@@ -44,7 +45,9 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
             .held = held,
         };
         float *plane = maps->depth + face * (maps->texels / maps->frames.count);
+        const double start = ss_clock();
         const softshadow_status status = stage->raster->depth(&casters, plane, stage->pool);
+        stage->spent->depth += ss_clock() - start;
         if (status) return status;
         if (bias > 0 && !wish->bare) bias_depth(maps, face, bias);
     }

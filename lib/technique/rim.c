@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "base/vec.h"
@@ -10,8 +11,12 @@
 #define PIECE (M_PI / 6) /* most that one triangle of a corner spans */
 
 softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out) {
+    const double start = ss_clock();
     const ss_eye eye = ss_eye_of(stage->light);
-    return ss_silhouette_find(out, stage->silhouettes, stage->world, stage->topology, &eye, stage->pool);
+    const softshadow_status status = ss_silhouette_find(out, stage->silhouettes, stage->world,
+                                                        stage->topology, &eye, stage->pool);
+    stage->spent->silhouettes += ss_clock() - start;
+    return status;
 }
 
 /* ---- collecting ----------------------------------------------------------------------------- */

@@ -37,6 +37,11 @@ typedef struct ss_params {
     double bounds[6]; /* local: min xyz, max xyz */
 } ss_params;
 
+/* What a build spends, in seconds. */
+typedef struct ss_spent {
+    double depth, silhouettes; /* on maps of the nearest depths; on finding silhouettes */
+} ss_spent;
+
 /* Everything a technique may read; all of it is const while the technique lives. */
 typedef struct ss_stage {
     const ss_world *world;
@@ -51,6 +56,7 @@ typedef struct ss_stage {
     const struct ss_silhouette_tree *silhouettes; /* NULL unless needed */
     const struct ss_raster *raster; /* draws the maps, in builds */
     const struct ss_lod_light *lod; /* NULL in builds, and in queries that do not repay it */
+    ss_spent *spent; /* of builds: techniques add to it */
     bool rows; /* of this query: its points are rows of an image, and finish() follows */
 } ss_stage;
 

@@ -90,7 +90,8 @@ class softshadow_stats(Structure):
                 ("map_bytes", c_uint64), ("peak_bytes", c_uint64), ("method_used", c_char_p),
                 ("backend_used", c_char_p), ("points_settled", c_uint64),
                 ("lod_triangles", c_uint64), ("upload_seconds", c_double),
-                ("download_seconds", c_double)]
+                ("download_seconds", c_double), ("depth_seconds", c_double),
+                ("silhouette_seconds", c_double)]
 
 
 class softshadow_map(Structure):

@@ -48,6 +48,8 @@ class Stats:
     lod_triangles: int  #: triangles of coarser levels at hand; 0: none was used
     upload_seconds: float  #: of build and queries, spent on copies to the GPU
     download_seconds: float  #: and back
+    depth_seconds: float  #: of build, spent on maps of the nearest depths
+    silhouette_seconds: float  #: and on finding silhouettes
 
 
 @dataclass(frozen=True)
