@@ -388,8 +388,8 @@ int cli_bench(int argc, char **argv) {
                  "(of bunny, dragon-48k and leaves-2k, under all three lights)"},
         {.name = "map-times", .kind = CLI_TEXT, .argument = "LIST", .into = &r.timed,
          .optional = true, .given = &r.map_times,
-         .help = "times of map methods (all) at 1024 texels a side, of the depth map, of the\n"
-                 "silhouettes (of bunny and dragon-871k, under the medium light); with\n"
+         .help = "times of map methods (all) at 1024 texels a side, of the depth map\n"
+                 "and of silhouettes (bunny and dragon-871k, the medium light); with\n"
                  "--threads 2 or more what these gain over one"},
         {.name = "calibrate", .kind = CLI_FLAG, .into = &r.calibrate,
          .help = "find the medium light: a quarter of the points in penumbra"},

@@ -45,13 +45,19 @@ static bool build(timing *t, int h, const char *method, double *seconds) {
     return true;
 }
 
+/* The median of three: maps that have just been built are in no cache. */
 static bool ask(timing *t, int h, double *seconds) {
     softshadow_points points = SOFTSHADOW_POINTS_INIT;
+    double each[3] = {0, 0, 0};
+    uint32_t done = 0;
     points.positions = t->cell->points.at, points.count = t->cell->points.count;
-    const double start = now(t);
-    if (softshadow_query_visibility(t->handle[h], &points, t->answer) != SOFTSHADOW_OK)
-        return fails(t, h, "query");
-    *seconds = (now(t) - start) / (double)points.count;
+    while (done < 3 && each[0] < PATIENCE) {
+        const double start = now(t);
+        if (softshadow_query_visibility(t->handle[h], &points, t->answer) != SOFTSHADOW_OK)
+            return fails(t, h, "query");
+        each[done++] = now(t) - start;
+    }
+    *seconds = bench_median(each, done) / (double)points.count;
     return true;
 }
 

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "config.h"
 
 static ss_rung machine(void) {
 #ifdef SS_HAVE_X86

@@ -29,6 +29,11 @@ static inline int ss_floats_bits(ss_ints mask) {
     return (mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8);
 #endif
 }
+/* The mask of four such bits. */
+static inline ss_ints ss_floats_mask(uint32_t bits) {
+    const ss_ints each = {1, 2, 4, 8}, all = {(int32_t)bits, (int32_t)bits, (int32_t)bits, (int32_t)bits};
+    return (all & each) == each;
+}
 /* a where it is the less (more), b where it is not or one is NaN. */
 static inline ss_floats ss_floats_less(ss_floats a, ss_floats b) {
     return ss_floats_pick((ss_ints)(a < b), a, b);

@@ -1,17 +1,27 @@
+#define _DEFAULT_SOURCE
 #include "base/memory.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #define ALIGNMENT 64
+/* What is looked up all over the place, such as maps, asks for pages that the processor finds at once. */
+#define HUGE_PAGE ((size_t)2 << 20)
+#define LARGE     (2 * HUGE_PAGE)
 #define BLOCK ((size_t)256 << 10)
 
 /* Room for `bytes`, rounded up to the alignment; NULL if that overflows or memory is out. */
 static void *aligned(size_t bytes) {
-    if (bytes > SIZE_MAX - 2 * ALIGNMENT) return NULL;
-    const size_t rounded = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    return aligned_alloc(ALIGNMENT, rounded ? rounded : ALIGNMENT);
+    const size_t unit = bytes >= LARGE ? HUGE_PAGE : ALIGNMENT;
+    if (bytes > SIZE_MAX - unit) return NULL;
+    const size_t rounded = (bytes + unit - 1) / unit * unit;
+    void *memory = aligned_alloc(unit, rounded ? rounded : unit);
+#ifdef MADV_HUGEPAGE
+    if (memory && unit == HUGE_PAGE) madvise(memory, rounded, MADV_HUGEPAGE); /* a wish */
+#endif
+    return memory;
 }
 
 void *ss_alloc(size_t count, size_t size) {

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "engine/engine.h"
@@ -120,6 +121,7 @@ static softshadow_status build_lights(softshadow *handle, ss_progress *progress)
                                       .light_id = i,
                                       .params = &built->plan.params,
                                       .pool = handle->pool,
+                                      .rung = (int)ss_cpu_rung(),
                                       .progress = progress,
                                       .spent = &handle->totals.build_spent,
                                       .bvh = built->bvh,

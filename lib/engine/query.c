@@ -10,6 +10,7 @@
 #include "engine/device.h"
 #include "engine/engine.h"
 #include "engine/order.h"
+#include "engine/places.h"
 #include "engine/settle.h"
 
 #define BLOCK ((size_t)1 << 18) /* points in flight: bounds the memory of a query of any size */
@@ -149,6 +150,7 @@ typedef struct batch {
     float *visibility;
     size_t first, count; /* the block */
     ss_order order;
+    bool places;  /* of points are all that is asked for: see engine/places.h */
     bool settles; /* whole groups may be answered before the technique is asked */
     ss_progress *progress;
     pthread_mutex_t lock; /* guards totals */
@@ -332,12 +334,36 @@ static softshadow_status answer_given(batch *b, size_t begin, size_t end, ss_are
     return status ? status : answer(b, points, n, arena);
 }
 
+/* The usual batch of maps: blocks straight from the caller's numbers to his answers. */
+static softshadow_status answer_places(batch *b, size_t begin, size_t end, ss_arena *arena) {
+    const ss_asked *asked = b->asked;
+    ss_counts counts = {0};
+    size_t done = 0;
+    for (size_t j = begin; j < end; j += SS_PLACES) {
+        const size_t n = end - j < SS_PLACES ? end - j : SS_PLACES, first = b->first + j;
+        ss_places places;
+        if (!ss_places_read(asked->stage, b->points, first, n, &places)) {
+            const softshadow_status status = answer_given(b, j, j + n, arena);
+            if (status) return status;
+            continue;
+        }
+        asked->technique->query_places(asked->state, &places, n, b->visibility + first, &counts);
+        for (size_t i = first; i < first + n && b->points->error_bound; i++) {
+            b->points->error_bound[i] = NAN;
+        }
+        done += n;
+    }
+    add_counts(b, &counts);
+    return ss_progress_add(b->progress, done);
+}
+
 static softshadow_status answer_range(void *ctx, uint64_t begin, uint64_t end) {
     batch *b = ctx;
     ss_scratch *scratch = take_scratch(b->handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
-    const softshadow_status status = (b->asked->technique->group ? answer_ordered : answer_given)(
-        b, begin, end, &scratch->arena);
+    const softshadow_status status =
+        (b->asked->technique->group ? answer_ordered : b->places ? answer_places : answer_given)(
+            b, begin, end, &scratch->arena);
     give_scratch(b->handle, scratch);
     return status;
 }
@@ -389,6 +415,8 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                .totals = totals};
     b.settles = asked->technique->settles && asked->stage->bvh &&
                 asked->stage->params->weighting == SOFTSHADOW_UNIFORM;
+    b.places = asked->technique->query_places && !asked->program && !points->normals &&
+               !points->primitives;
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");

@@ -8,6 +8,7 @@
 #include "base/cpu.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "map/look.h"
 
 /* Widest half opening of a single perspective frame, as a tangent: beyond it texels at the rim are
  * five times those in the middle and a cube is better. */
@@ -488,80 +489,14 @@ static inline void settle(ss_looks *out, size_t i, bool seen, float most) {
     out->h[i] = in ? out->h[i] : -SS_MAP_FAR;
 }
 
-/* Eight points at once, whatever the machine's registers hold: compiled for each of its rungs, and
- * the same bits on all. */
-typedef double wide __attribute__((vector_size(64)));
-typedef int64_t wide_mask __attribute__((vector_size(64)));
-typedef float wide_floats __attribute__((vector_size(32)));
-typedef int32_t wide_ints __attribute__((vector_size(32)));
-
-static inline __attribute__((always_inline)) void look_single(const ss_frames *frames,
-                                                              const ss_point *points, size_t n,
-                                                              ss_looks *out) {
-    const ss_frame f = frames->face[0];
-    const double per = 1 / f.texel, low_x = f.low[0] * per, low_y = f.low[1] * per;
-    const double behind = f.inverse > 0 ? 1 / f.inverse : INFINITY; /* the light, on the axis */
-    const wide_floats most = (float)frames->resolution - (wide_floats){0}, zero = {0};
-    wide least = INFINITY - (wide){0};
-    for (size_t i = 0; i < n; i += 8) {
-        wide d[3];
-        const ss_point *p[8];
-        for (size_t k = 0; k < 8; k++) p[k] = &points[i + k < n ? i + k : n - 1];
-        for (int k = 0; k < 3; k++) {
-            const wide at = {p[0]->p[k], p[1]->p[k], p[2]->p[k], p[3]->p[k],
-                             p[4]->p[k], p[5]->p[k], p[6]->p[k], p[7]->p[k]};
-            d[k] = at - f.origin[k];
-        }
-        const wide x = d[0] * f.x[0] + d[1] * f.x[1] + d[2] * f.x[2];
-        const wide y = d[0] * f.y[0] + d[1] * f.y[1] + d[2] * f.y[2];
-        const wide z = d[0] * f.z[0] + d[1] * f.z[1] + d[2] * f.z[2];
-        const wide s = 1 / (1 + z * f.inverse), scaled = s * per, far = z + behind;
-        const wide square = x * x + y * y + far * far;
-        const wide_mask less = square < least, seen = z > f.nearest;
-        least = (wide)((less & (wide_mask)square) | (~less & (wide_mask)least));
-        const wide_floats column = __builtin_convertvector(x * scaled - low_x, wide_floats);
-        const wide_floats row = __builtin_convertvector(y * scaled - low_y, wide_floats);
-        const wide_floats h = __builtin_convertvector(z * s, wide_floats);
-        /* outside of the map, or NaN from a division by nothing: the corner, which holds nothing */
-        const wide_ints in = __builtin_convertvector(seen, wide_ints) & (column >= zero) &
-                             (row >= zero) & (column < most) & (row < most);
-        const wide_floats far_off = -SS_MAP_FAR - zero;
-        const wide_ints deep = (in & (wide_ints)h) | (~in & (wide_ints)far_off);
-        const wide_ints to_x = in & (wide_ints)column, to_y = in & (wide_ints)row;
-        memcpy(out->x + i, &to_x, sizeof to_x);
-        memcpy(out->y + i, &to_y, sizeof to_y);
-        memcpy(out->h + i, &deep, sizeof deep);
-    }
-    out->nearest = INFINITY;
-    for (int k = 0; k < 8; k++) out->nearest = least[k] < out->nearest ? least[k] : out->nearest;
-    memset(out->base, 0, sizeof out->base);
-    memset(out->face, 0, sizeof out->face);
-}
-
-static void look_scalar(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
-    look_single(frames, points, n, out);
-}
-#ifdef __x86_64__
-__attribute__((target("avx2"))) static void look_avx2(const ss_frames *frames, const ss_point *points,
-                                                      size_t n, ss_looks *out) {
-    look_single(frames, points, n, out);
-}
-__attribute__((target("avx512f,avx512dq,avx512vl"))) static void look_avx512(
-    const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
-    look_single(frames, points, n, out);
-}
-#else
-#define look_avx2   look_scalar
-#define look_avx512 look_scalar
-#endif
-
-static void look_cube(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
+static void look_cube(const ss_frames *frames, const ss_places *places, size_t n, ss_looks *out) {
     const float most = (float)frames->resolution;
     const uint32_t texels = frames->resolution * frames->resolution;
     out->nearest = INFINITY;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < (n + 7) / 8 * 8; i++) {
+        const double p[3] = {places->at[0][i], places->at[1][i], places->at[2][i]};
         double d[3], along[3], at[3] = {0, 0, 0};
-        ss_sub(points[i].p, frames->centre, d);
+        ss_sub(p, frames->centre, d);
         const double square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         if (square < out->nearest) out->nearest = square;
         int a = 0;
@@ -569,7 +504,7 @@ static void look_cube(const ss_frames *frames, const ss_point *points, size_t n,
         for (int k = 1; k < 3; k++) a = fabs(along[k]) > fabs(along[a]) ? k : a;
         const int face = frames->face_of[2 * a + (along[a] < 0)];
         const bool seen =
-            face >= 0 && ss_frame_project(&frames->face[face < 0 ? 0 : face], points[i].p, at);
+            face >= 0 && ss_frame_project(&frames->face[face < 0 ? 0 : face], p, at);
         for (int k = 0; k < 3; k++) at[k] = fmax(-1e30, fmin(1e30, at[k]));
         out->x[i] = (float)at[0], out->y[i] = (float)at[1], out->h[i] = (float)at[2];
         out->face[i] = (uint8_t)(face < 0 ? 0 : face);
@@ -578,10 +513,10 @@ static void look_cube(const ss_frames *frames, const ss_point *points, size_t n,
     }
 }
 
-void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out) {
-    out->points = points;
-    if (frames->cube) look_cube(frames, points, n, out);
-    else if (frames->rung >= SS_AVX512) look_avx512(frames, points, n, out);
-    else if (frames->rung >= SS_AVX2) look_avx2(frames, points, n, out);
-    else look_scalar(frames, points, n, out);
+static ss_look_single *const look_single[] = SS_RUNGS(ss_look_single);
+
+void ss_frames_look(const ss_frames *frames, const ss_places *places, size_t n, ss_looks *out) {
+    out->places = places;
+    if (frames->cube) look_cube(frames, places, n, out);
+    else look_single[frames->rung](frames, places, n, out);
 }

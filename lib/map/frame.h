@@ -95,16 +95,16 @@ void ss_frame_depth(const ss_frame *frame, double depth[2]);
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]);
 
-/* Points in map coordinates, a block at a time. A point that no map can shadow looks at the corner
- * texel, which holds nothing, at h = -SS_MAP_FAR. */
-#define SS_LOOKS 64
+/* Points in map coordinates, a block at a time, up to whole eights. A point that no map can shadow looks
+ * at the corner texel, which holds nothing, at h = -SS_MAP_FAR. */
+#define SS_LOOKS SS_PLACES
 typedef struct ss_looks {
     float x[SS_LOOKS], y[SS_LOOKS], h[SS_LOOKS];
     uint32_t base[SS_LOOKS]; /* texels before the point's face */
     uint8_t face[SS_LOOKS];
-    const ss_point *points; /* the same as they were given */
+    const ss_places *places; /* the same as they were given */
     double nearest; /* the least squared distance of any of them to the light; INFINITY: a sun */
 } ss_looks;
-void ss_frames_look(const ss_frames *frames, const ss_point *points, size_t n, ss_looks *out);
+void ss_frames_look(const ss_frames *frames, const ss_places *places, size_t n, ss_looks *out);
 
 #endif

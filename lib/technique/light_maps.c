@@ -4,18 +4,16 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
 #include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "base/vec.h"
-#include "technique/four_texels.h"
+#include "technique/answers.h"
 
 /* Steepest surface, in h per unit of X, that the depth map's slope bias follows: 86 degrees. Steeper
  * ones receive less than 7 % of the light and are below their own horizon for part of it. */
 #define STEEPEST 16.0
-/* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units in
- * the last place of a float (design: techniques.md, Depth). */
-#define GAP 0x1p-21f
 #define INSIDE (1 + 0x1p-10) /* as scene/light.c */
 
 /* ---- building ------------------------------------------------------------------------------- */
@@ -151,18 +149,10 @@ uint64_t ss_light_maps_culled(const void *state) { return ((const ss_light_maps 
 
 /* ---- asking --------------------------------------------------------------------------------- */
 
+static ss_light_maps_answer *const hard[] = SS_RUNGS(ss_answer_hard);
+
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const uint32_t side = maps->frames.resolution;
-    const float *depth = maps->depth;
-    for (size_t i = 0; i < n; i += 4) {
-        ss_uints at; /* behind the n-th nothing has been set: any number, which wraps */
-        memcpy(&at, looks->base + i, sizeof at);
-        at += (ss_uints)__builtin_convertvector(ss_floats_load(looks->y + i), ss_ints) * side +
-              (ss_uints)__builtin_convertvector(ss_floats_load(looks->x + i), ss_ints);
-        for (size_t k = i; k < n && k < i + 4; k++) {
-            out[k] = depth[at[k - i]] < looks->h[k] ? 0 : 1;
-        }
-    }
+    hard[maps->frames.rung](maps, looks, n, out);
 }
 
 /* What the point's own horizon leaves of the light: the tangent plane cuts the light's disk, at the
@@ -195,7 +185,7 @@ static void count(const float *visibility, size_t n, ss_counts *counts) {
 
 /* Points that see all of a lamp because they are inside it. nearest: a square that no point's
  * distance is below. */
-static void light_inside(const ss_light_maps *maps, const ss_point *points, size_t n, double nearest,
+static void light_inside(const ss_light_maps *maps, const ss_places *places, size_t n, double nearest,
                          float *visibility) {
     const ss_light *light = &maps->light;
     const double reach = light->radius * INSIDE, square = reach * reach;
@@ -204,8 +194,34 @@ static void light_inside(const ss_light_maps *maps, const ss_point *points, size
      * of a lamp that can be told from a point */
     if (light->type != SOFTSHADOW_SPHERE || light->point || nearest * 0.999 > square) return;
     for (size_t i = 0; i < n; i++) {
-        const double *p = points[i].p, x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
+        const double x = places->at[0][i] - c[0], y = places->at[1][i] - c[1],
+                     z = places->at[2][i] - c[2];
         if (x * x + y * y + z * z <= square) visibility[i] = 1;
+    }
+}
+
+static void answer_places(const ss_light_maps *maps, const ss_places *places, size_t n,
+                          float *visibility) {
+    ss_looks looks;
+    if (maps->frames.count) {
+        ss_frames_look(&maps->frames, places, n, &looks);
+        maps->answer(maps, &looks, n, visibility);
+        light_inside(maps, places, n, looks.nearest, visibility);
+    } else {
+        for (size_t i = 0; i < n; i++) visibility[i] = 1;
+    }
+}
+
+void ss_light_maps_query_places(const void *state, const ss_places *places, size_t n,
+                                float *visibility, ss_counts *counts) {
+    answer_places(state, places, n, visibility);
+    count(visibility, n, counts);
+}
+
+void ss_light_maps_place(const ss_point *points, size_t n, ss_places *out) {
+    for (size_t i = 0; i < (n + 7) / 8 * 8; i++) {
+        const double *p = points[i < n ? i : n - 1].p;
+        for (int k = 0; k < 3; k++) out->at[k][i] = p[k];
     }
 }
 
@@ -215,9 +231,8 @@ static inline bool has_normal(const ss_point *point) {
     return (bits[0] | bits[1] | bits[2]) << 1; /* -0 is zero, too */
 }
 
-static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, double nearest,
-                   float *visibility, float *bound, ss_counts *counts) {
-    if (maps->frames.count) light_inside(maps, points, n, nearest, visibility);
+static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, float *visibility,
+                   float *bound, ss_counts *counts) {
     for (size_t i = 0; i < n; i++) {
         if (!has_normal(&points[i])) continue;
         const float above = above_horizon(maps, &points[i]);
@@ -230,7 +245,14 @@ static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, 
 void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
                            float *visibility, float *bound, ss_counts *counts) {
     (void)stage;
-    finish(state, points, n, 0, visibility, bound, counts);
+    const ss_light_maps *maps = state;
+    for (size_t first = 0; first < n && maps->frames.count; first += SS_PLACES) {
+        const size_t m = n - first < SS_PLACES ? n - first : SS_PLACES;
+        ss_places places;
+        ss_light_maps_place(points + first, m, &places);
+        light_inside(maps, &places, m, 0, visibility + first);
+    }
+    finish(maps, points, n, visibility, bound, counts);
 }
 
 softshadow_status ss_light_maps_query(const ss_stage *stage, const void *state,
@@ -238,18 +260,12 @@ softshadow_status ss_light_maps_query(const ss_stage *stage, const void *state,
                                       float *bound, ss_arena *scratch, ss_counts *counts) {
     (void)stage, (void)scratch;
     const ss_light_maps *maps = state;
-    for (size_t first = 0; first < n; first += SS_LOOKS) {
-        const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
-        float *out = visibility + first;
-        ss_looks looks;
-        if (maps->frames.count) {
-            ss_frames_look(&maps->frames, points + first, m, &looks);
-            maps->answer(maps, &looks, m, out);
-        } else {
-            for (size_t i = 0; i < m; i++) out[i] = 1;
-        }
-        finish(maps, points + first, m, maps->frames.count ? looks.nearest : 0, out,
-               bound ? bound + first : NULL, counts);
+    for (size_t first = 0; first < n; first += SS_PLACES) {
+        const size_t m = n - first < SS_PLACES ? n - first : SS_PLACES;
+        ss_places places;
+        ss_light_maps_place(points + first, m, &places);
+        answer_places(maps, &places, m, visibility + first);
+        finish(maps, points + first, m, visibility + first, bound ? bound + first : NULL, counts);
     }
     return SOFTSHADOW_OK;
 }
@@ -290,8 +306,10 @@ void ss_light_maps_look(const void *state, const ss_point *points, size_t n, flo
     const ss_light_maps *maps = state;
     for (size_t first = 0; first < n; first += SS_LOOKS) {
         const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
+        ss_places places;
         ss_looks looks;
-        ss_frames_look(&maps->frames, points + first, m, &looks);
+        ss_light_maps_place(points + first, m, &places);
+        ss_frames_look(&maps->frames, &places, m, &looks);
         for (size_t i = 0; i < m; i++) {
             float *to = out[first + i];
             to[0] = looks.x[i], to[1] = looks.y[i], to[2] = looks.h[i], to[3] = looks.face[i];
@@ -326,33 +344,10 @@ void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32
     texel[SS_OUTER_VERTEX] = vertex, texel[SS_OUTER_RISE] = rise, texel[SS_OUTER_KEY] = key;
 }
 
-/* The outer coordinates of four texels for a receiver at h. */
-static inline ss_floats outer_of(ss_floats depth, ss_floats vertex, ss_floats rise, float h) {
-    const ss_floats gap = h - vertex, part = rise / gap, one = ss_floats_all(1);
-    const ss_ints soft = (ss_ints)(gap > GAP * fabsf(h)) & (ss_ints)(part < one);
-    return ss_floats_pick((ss_ints)(depth < h), ss_floats_all(0), ss_floats_pick(soft, part, one));
-}
+static ss_light_maps_answer *const outer[] = SS_RUNGS(ss_answer_outer);
 
 void ss_outer_answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const uint32_t side = maps->frames.resolution;
-    const size_t right = side > 1 ? SS_OUTER_CHANNELS : 0, up = right * side;
-    ss_cells cells;
-    ss_cells_find(&cells, looks, n, side);
-    for (size_t i = 0; i < n; i++) {
-        const float *texel = maps->plane + (size_t)(uint32_t)cells.at[i] * SS_OUTER_CHANNELS;
-        ss_floats depth = ss_floats_load(texel), vertex = ss_floats_load(texel + right);
-        ss_floats rise = ss_floats_load(texel + up), key = ss_floats_load(texel + up + right);
-        ss_floats_turn(&depth, &vertex, &rise, &key);
-        const float h = looks->h[i];
-        const int dark = ss_floats_bits((ss_ints)(depth < h));
-        if (dark == 15 || (dark == 0 && ss_floats_bits((ss_ints)(vertex < h)) == 0)) {
-            out[i] = dark ? 0 : 1; /* four that say the same */
-            continue;
-        }
-        const ss_floats weight = ss_cells_weights(cells.u[i], cells.v[i]);
-        const float part = ss_floats_dot(weight, outer_of(depth, vertex, rise, h));
-        out[i] = ss_falloff_at(&maps->falloff, part);
-    }
+    outer[maps->frames.rung](maps, looks, n, out);
 }
 
 const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL

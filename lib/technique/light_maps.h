@@ -68,6 +68,10 @@ uint64_t ss_light_maps_culled(const void *state);
 softshadow_status ss_light_maps_query(const ss_stage *stage, const void *state,
                                       const ss_point *points, size_t n, float *visibility,
                                       float *bound, ss_arena *scratch, ss_counts *counts);
+void ss_light_maps_query_places(const void *state, const ss_places *places, size_t n,
+                                float *visibility, ss_counts *counts);
+/* At most SS_PLACES points' places. */
+void ss_light_maps_place(const ss_point *points, size_t n, ss_places *out);
 /* The hard shadow: 0 where something nearer is in the point's texel. */
 void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out);
 
@@ -118,7 +122,7 @@ void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_po
 
 /* The rows of a technique's table that all of them have alike. */
 #define SS_LIGHT_MAPS_ROWS                                                                         \
-    .query = ss_light_maps_query, .look = ss_light_maps_look, .horizon = ss_light_maps_horizon,    \
+    .query = ss_light_maps_query, .query_places = ss_light_maps_query_places, .look = ss_light_maps_look, .horizon = ss_light_maps_horizon,    \
     .map_count = ss_light_maps_count, .get_map = ss_light_maps_get,                                \
     .silhouette_edges = ss_light_maps_silhouettes, .casters_culled = ss_light_maps_culled
 

@@ -12,6 +12,13 @@
  * is how far down the light gets past the silhouette. */
 enum { LIMIT_C, LIMIT_G, LIMIT_B, LIMIT_Q, LIMIT_CHANNELS };
 
+/* The technique's state. */
+typedef struct ss_limit_state {
+    ss_light_maps maps;
+    float same[SS_MAP_FACES]; /* c of two texels further apart than this: two occluders */
+    bool paper;               /* its own way where occluders overlap: highest limit, figure 7 */
+} ss_limit_state;
+
 /* Texels that ribbons are wider than the penumbra, so that what is interpolated at their rim is
  * saturated on both sides ([Lawlor06] 3.1: "a few extra pixels"). */
 #define SS_LIMIT_RAISE 3

@@ -1,5 +1,6 @@
 # One file per algorithm, listed in registry.c.
 libsoftshadow_core_la_SOURCES += \
+  %D%/answers.h \
   %D%/backprojection.c \
   %D%/blur.c %D%/blur.h \
   %D%/exact.c %D%/exact.h %D%/exact_parts.h %D%/exact_build.c %D%/exact_setup.c \
@@ -22,3 +23,9 @@ libsoftshadow_core_la_SOURCES += \
   %D%/single_sample.c \
   %D%/smoothie.c
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md
+# Compiled for each instruction set, in the libraries of base/local.mk.
+libss_scalar_la_SOURCES += %D%/answers_scalar.c %D%/answers_kernel.h
+if HAVE_X86
+libss_avx2_la_SOURCES += %D%/answers_avx2.c
+libss_avx512_la_SOURCES += %D%/answers_avx512.c
+endif

@@ -28,21 +28,16 @@
  */
 #include <math.h>
 
+#include "base/cpu.h"
 #include "base/memory.h"
 #include "base/status.h"
-#include "technique/four_texels.h"
+#include "technique/answers.h"
 #include "technique/limit.h"
 #include "technique/map_techniques.h"
 
 #define SLOPE    1.5 /* texels: as for 2 x 2 comparisons */
 #define STEEPEST 16  /* as the hard shadow's */
 #define NEAR     4   /* h per unit of X: so steep a surface, 76 degrees, is still looked for */
-
-typedef struct limit_state {
-    ss_light_maps maps;
-    float same[SS_MAP_FACES]; /* c of two texels further apart than this: two occluders */
-    bool paper;               /* its own way where occluders overlap: highest limit, figure 7 */
-} limit_state;
 
 /* ---- building ------------------------------------------------------------------------------- */
 
@@ -95,7 +90,7 @@ static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
     return status;
 }
 
-static softshadow_status build_face(const ss_stage *stage, limit_state *state,
+static softshadow_status build_face(const ss_stage *stage, ss_limit_state *state,
                                     const ss_silhouette *found, uint32_t face) {
     ss_light_maps *maps = &state->maps;
     const ss_frame *frame = &maps->frames.face[face];
@@ -127,7 +122,7 @@ static softshadow_status build_face(const ss_stage *stage, limit_state *state,
 
 static ss_light_maps_answer answer;
 
-static softshadow_status draw(const ss_stage *stage, limit_state *state,
+static softshadow_status draw(const ss_stage *stage, ss_limit_state *state,
                               const ss_silhouette *found) {
     ss_light_maps *maps = &state->maps;
     softshadow_status status =
@@ -139,7 +134,7 @@ static softshadow_status draw(const ss_stage *stage, limit_state *state,
     return status;
 }
 
-static softshadow_status draw_silhouettes(const ss_stage *stage, limit_state *state) {
+static softshadow_status draw_silhouettes(const ss_stage *stage, ss_limit_state *state) {
     ss_silhouette found;
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
@@ -151,10 +146,10 @@ static softshadow_status draw_silhouettes(const ss_stage *stage, limit_state *st
 
 static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {
-        .state_size = sizeof(limit_state), .slope_texels = SLOPE, .paper = SS_FALLOFF_TABLE};
+        .state_size = sizeof(ss_limit_state), .slope_texels = SLOPE, .paper = SS_FALLOFF_TABLE};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
-    limit_state *limits = *state;
+    ss_limit_state *limits = *state;
     limits->paper = stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
     if (limits->maps.frames.count) {
         status = stage->params->propagate ? draw(stage, limits, NULL)
@@ -166,62 +161,10 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 
 /* ---- asking --------------------------------------------------------------------------------- */
 
-static inline float saturate(float x) { return x > 0 ? x < 1 ? x : 1 : 0; }
-
-/* Equation 2. A gap that rounding could have made is none: the sign of q alone decides. */
-static inline float equation_2(ss_floats texel, float z) {
-    const float gap = z - texel[LIMIT_C], least = 0x1p-21f * fabsf(z);
-    const float l = saturate(.5f + .5f * texel[LIMIT_Q] / (gap > least ? gap : least));
-    const float dark = z < texel[LIMIT_C] || z > texel[LIMIT_B] ? 0 : l;
-    return z < texel[LIMIT_G] ? 1 : dark;
-}
-
-/* The same of four texels, each alone; where there is no penumbra, or under the paper's way, the hard
- * shadow of each, g and b brought together at the surface that is on top. */
-static inline ss_floats each(ss_floats c, ss_floats g, ss_floats b, ss_floats q, float z, bool paper) {
-    const ss_floats one = ss_floats_all(1), zero = ss_floats_all(0), half = ss_floats_all(.5f);
-    const ss_floats far = ss_floats_all(SS_MAP_FAR), least = ss_floats_all(0x1p-21f * fabsf(z));
-    const ss_ints above = (ss_ints)(z < g), below = (ss_ints)(z > b), none = (ss_ints)(c == far);
-    const ss_floats l = half + half * q / ss_floats_more(z - c, least);
-    const ss_ints dark = (ss_ints)(z < c) | below;
-    const ss_floats soft = ss_floats_pick(dark, zero, ss_floats_less(ss_floats_more(l, zero), one));
-    const ss_ints past = ~none & (ss_ints)(q > zero);
-    const ss_ints lit = (past & ~below) | (~past & above);
-    const ss_ints is_hard = paper ? ~(none & ~none) : none;
-    return ss_floats_pick(is_hard, ss_floats_pick(lit, one, zero), ss_floats_pick(above, one, soft));
-}
-
-static inline float spread_of(ss_floats c) {
-    const ss_floats turned = __builtin_shufflevector(c, c, 2, 3, 0, 1);
-    const ss_floats more = ss_floats_more(c, turned), less = ss_floats_less(c, turned);
-    return (more[0] > more[1] ? more[0] : more[1]) - (less[0] < less[1] ? less[0] : less[1]);
-}
+static ss_light_maps_answer *const rungs[] = SS_RUNGS(ss_answer_limit);
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const limit_state *state = (const limit_state *)maps;
-    const uint32_t side = maps->frames.resolution;
-    const size_t right = side > 1 ? LIMIT_CHANNELS : 0, up = right * side;
-    ss_cells cells;
-    ss_cells_find(&cells, looks, n, side);
-    for (size_t i = 0; i < n; i++) {
-        const float *texel = maps->plane + (size_t)(uint32_t)cells.at[i] * LIMIT_CHANNELS;
-        const ss_floats t00 = ss_floats_load(texel), t10 = ss_floats_load(texel + right);
-        const ss_floats t01 = ss_floats_load(texel + up), t11 = ss_floats_load(texel + up + right);
-        const ss_floats w = ss_cells_weights(cells.u[i], cells.v[i]);
-        const float z = looks->h[i];
-        ss_floats c = t00, g = t10, b = t01, q = t11;
-        ss_floats_turn(&c, &g, &b, &q);
-        if (ss_floats_bits((ss_ints)(z < g)) == 15) {
-            out[i] = 1; /* above whatever there is; also between the four */
-            continue;
-        }
-        float l;
-        if (spread_of(c) <= state->same[looks->face[i]] && c[0] < SS_MAP_FAR)
-            l = equation_2(w[0] * t00 + w[1] * t10 + w[2] * t01 + w[3] * t11, z);
-        else
-            l = ss_floats_dot(w, each(c, g, b, q, z, state->paper));
-        out[i] = ss_falloff_at(&maps->falloff, l);
-    }
+    rungs[maps->frames.rung](maps, looks, n, out);
 }
 
 /* words[1]: paper; word 0 of a face: same. A texel is c, g, b, q. */
@@ -258,7 +201,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "}\n";
 
 static softshadow_status tables(void *state, ss_raster_question *question) {
-    limit_state *limits = state;
+    ss_limit_state *limits = state;
     ss_light_maps *maps = &limits->maps;
     maps->words[1] = limits->paper;
     for (uint32_t i = 0; i < SS_MAP_FACES; i++) *ss_light_maps_words(maps, i) = limits->same[i];

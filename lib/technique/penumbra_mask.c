@@ -399,7 +399,9 @@ static void mark(const mask_state *mask, const ss_point *points, size_t n, bool 
     for (size_t first = 0; first < n; first += SS_LOOKS) {
         const size_t m = n - first < SS_LOOKS ? n - first : SS_LOOKS;
         ss_looks looks;
-        ss_frames_look(&mask->maps.frames, points + first, m, &looks);
+        ss_places places;
+        ss_light_maps_place(points + first, m, &places);
+        ss_frames_look(&mask->maps.frames, &places, m, &looks);
         for (size_t i = 0; i < m; i++) {
             if (!in_mask(texel_at(mask, &looks, i), looks.h[i])) continue;
             counts->traced++;

@@ -406,7 +406,9 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
         const float u = left - (float)column, v = low - (float)row;
         const size_t first = looks->base[i] + (size_t)row * side + column;
         const size_t at[4] = {first, first + right, first + up, first + up + right};
-        asked a = {(const volume_state *)maps, looks->points[i].p, looks->h[i], NULL, 0};
+        const double point[3] = {looks->places->at[0][i], looks->places->at[1][i],
+                                 looks->places->at[2][i]};
+        asked a = {(const volume_state *)maps, point, looks->h[i], NULL, 0};
         float seen[4];
         for (int k = 0; k < 4; k++) {
             seen[k] = alone(&a, maps->plane + at[k] * VOLUME_CHANNELS, maps->depth[at[k]]);

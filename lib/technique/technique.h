@@ -55,6 +55,7 @@ typedef struct ss_stage {
     const struct ss_topology *topology; /* NULL unless needed: scene/connectivity.h */
     const struct ss_silhouette_tree *silhouettes; /* NULL unless needed */
     const struct ss_raster *raster; /* draws the maps, in builds */
+    int rung;                       /* base/cpu.h */
     const struct ss_lod_light *lod; /* NULL in builds, and in queries that do not repay it */
     ss_spent *spent; /* of builds: techniques add to it */
     bool rows; /* of this query: its points are rows of an image, and finish() follows */
@@ -91,9 +92,13 @@ typedef struct ss_technique {
     softshadow_status (*query)(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts);
-    /* Works over the answers to a whole image in place, on all threads, or on stage->raster. query() may mark points for it
-     * by setting the sign bit of their answers where stage->rows is set; finish() takes the marks away
-     * and brings the counts in line with what it changed. NULL: images are not special. */
+    /* The same for at most SS_PLACES points that have no normal, without bounds. NULL: query() for all. */
+    void (*query_places)(const void *state, const ss_places *places, size_t n, float *visibility,
+                         ss_counts *counts);
+    /* Works over the answers to a whole image in place, on all threads, or on stage->raster. query()
+     * may mark points for it by setting the sign bit of their answers where stage->rows is set; finish()
+     * takes the marks away and brings the counts in line with what it changed. NULL: images are not
+     * special. */
     softshadow_status (*finish)(const ss_stage *stage, const void *state, const ss_image *image,
                                 ss_pool *pool, ss_counts *counts);
     /* The query once more for a GPU, in three parts; all NULL: the CPU only. `query_glsl` is a pure

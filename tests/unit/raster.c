@@ -318,8 +318,12 @@ static void test_looks(void **state) {
         const ss_frames frames = fit(&b, 64, NULL, false);
         for (int i = 0; i < 200; i++) {
             ss_point point = {.p = {3 * uniform() - 1.5, 3 * uniform() - 1.5, 3 * uniform() - 1.5}};
+            ss_places places;
             ss_looks looks;
-            ss_frames_look(&frames, &point, 1, &looks);
+            for (int k = 0; k < 3; k++) {
+                for (int j = 0; j < 8; j++) places.at[k][j] = point.p[k];
+            }
+            ss_frames_look(&frames, &places, 1, &looks);
             if (looks.h[0] == -SS_MAP_FAR) continue;
             const ss_frame *f = &frames.face[looks.face[0]];
             double at[3] = {0}, matrix[16], host[3], clip[4];

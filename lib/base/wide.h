@@ -1,0 +1,121 @@
+/* Sixteen floats at once as four fours, in as many registers as they take: for kernels that are compiled
+ * for each rung (cpu.h). A wide holds SS_FOURS of the fours, SS_PARTS wides hold all. Results go through
+ * pointers: returned, such vectors have one ABI with AVX-512 and another without. */
+#ifndef SS_BASE_WIDE_H
+#define SS_BASE_WIDE_H
+
+#include "base/lanes.h"
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+#if defined __AVX512F__
+#define SS_FOURS 4
+#elif defined __AVX2__
+#define SS_FOURS 2
+#else
+#define SS_FOURS 1
+#endif
+#define SS_PARTS (4 / SS_FOURS)
+#define SS_LANES (4 * SS_FOURS)
+
+typedef float ss_wide __attribute__((vector_size(16 * SS_FOURS)));
+typedef int32_t ss_wide_ints __attribute__((vector_size(16 * SS_FOURS)));
+typedef float ss_eight __attribute__((vector_size(32)));
+typedef int32_t ss_eight_ints __attribute__((vector_size(32)));
+
+/* In memory, anywhere: a memcpy of more than sixteen bytes goes through the stack in two halves. */
+typedef float ss_wide_there __attribute__((vector_size(16 * SS_FOURS), aligned(4), may_alias));
+typedef float ss_eight_there __attribute__((vector_size(32), aligned(4), may_alias));
+typedef int32_t ss_eight_ints_there __attribute__((vector_size(32), aligned(4), may_alias));
+
+#define SS_WIDE_ALL(x) ((x) - (ss_wide){0})
+#define SS_WIDE_FOUR(a, j)                                                                          \
+    __builtin_shufflevector(a, a, 4 * (j), 4 * (j) + 1, 4 * (j) + 2, 4 * (j) + 3)
+/* yes where the mask is all ones, no where it is zero. */
+#define SS_WIDE_PICK(mask, yes, no)                                                                 \
+    ((ss_wide)(((mask) & (ss_wide_ints)(yes)) | (~(mask) & (ss_wide_ints)(no))))
+
+/* Of fours, the first lowest. */
+static inline void ss_wide_make(const ss_floats four[SS_FOURS], ss_wide *out) {
+#if SS_FOURS == 1
+    *out = four[0];
+#elif SS_FOURS == 2
+    *out = __builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    const ss_eight low = __builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 4, 5, 6, 7);
+    const ss_eight high = __builtin_shufflevector(four[2], four[3], 0, 1, 2, 3, 4, 5, 6, 7);
+    *out = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#endif
+}
+
+static inline void ss_wide_repeat(ss_floats four, ss_wide *out) {
+    const ss_floats same[4] = {four, four, four, four};
+    ss_wide_make(same, out);
+}
+
+/* The fours. */
+static inline void ss_wide_split(const ss_wide *wide, ss_floats four[SS_FOURS]) {
+    four[0] = SS_WIDE_FOUR(*wide, 0);
+#if SS_FOURS > 1
+    four[1] = SS_WIDE_FOUR(*wide, 1);
+#endif
+#if SS_FOURS > 2
+    four[2] = SS_WIDE_FOUR(*wide, 2), four[3] = SS_WIDE_FOUR(*wide, 3);
+#endif
+}
+
+/* A bit for each lane of a mask. */
+static inline uint32_t ss_wide_bits(const ss_wide_ints *mask) {
+#if SS_FOURS == 4
+    return _mm512_movepi32_mask((__m512i)*mask);
+#elif SS_FOURS == 2
+    return (uint32_t)_mm256_movemask_ps((__m256)*mask);
+#else
+    return (uint32_t)ss_floats_bits(*mask);
+#endif
+}
+
+/* As many floats as a wide has, from places of a table. */
+static inline void ss_wide_gather(const float *table, const ss_wide_ints *at, ss_wide *out) {
+#if SS_FOURS == 4
+    *out = (ss_wide)_mm512_i32gather_ps((__m512i)*at, table, 4);
+#elif SS_FOURS == 2
+    *out = (ss_wide)_mm256_i32gather_ps(table, (__m256i)*at, 4);
+#else
+    for (int i = 0; i < 4; i++) (*out)[i] = table[(*at)[i]];
+#endif
+}
+
+/* Within each four of a and b: its lower or upper halves one from each in turn; pairs of them. */
+#if SS_FOURS == 1
+#define SS_WIDE_LOW(a, b)         __builtin_shufflevector(a, b, 0, 4, 1, 5)
+#define SS_WIDE_HIGH(a, b)        __builtin_shufflevector(a, b, 2, 6, 3, 7)
+#define SS_WIDE_LOW_PAIRS(a, b)   __builtin_shufflevector(a, b, 0, 1, 4, 5)
+#define SS_WIDE_HIGH_PAIRS(a, b)  __builtin_shufflevector(a, b, 2, 3, 6, 7)
+#elif SS_FOURS == 2
+#define SS_WIDE_LOW(a, b)         __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
+#define SS_WIDE_HIGH(a, b)        __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
+#define SS_WIDE_LOW_PAIRS(a, b)   __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define SS_WIDE_HIGH_PAIRS(a, b)  __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#else
+#define SS_WIDE_LOW(a, b)                                                                           \
+    __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+#define SS_WIDE_HIGH(a, b)                                                                          \
+    __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
+#define SS_WIDE_LOW_PAIRS(a, b)                                                                     \
+    __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
+#define SS_WIDE_HIGH_PAIRS(a, b)                                                                    \
+    __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
+#endif
+
+/* In each four: rows become columns. */
+static inline void ss_wide_turn(const ss_wide row[4], ss_wide column[4]) {
+    const ss_wide ab = SS_WIDE_LOW(row[0], row[1]), cd = SS_WIDE_LOW(row[2], row[3]);
+    const ss_wide AB = SS_WIDE_HIGH(row[0], row[1]), CD = SS_WIDE_HIGH(row[2], row[3]);
+    column[0] = SS_WIDE_LOW_PAIRS(ab, cd), column[1] = SS_WIDE_HIGH_PAIRS(ab, cd);
+    column[2] = SS_WIDE_LOW_PAIRS(AB, CD), column[3] = SS_WIDE_HIGH_PAIRS(AB, CD);
+}
+
+#endif

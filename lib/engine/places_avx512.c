@@ -1,0 +1,2 @@
+#define RUNG(name) name##_avx512
+#include "engine/places_kernel.h"

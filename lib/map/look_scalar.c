@@ -1,0 +1,2 @@
+#define RUNG(name) name##_scalar
+#include "map/look_kernel.h"
