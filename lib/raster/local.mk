@@ -5,6 +5,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/clip.c %D%/clip.h \
   %D%/setup.c %D%/setup.h \
   %D%/cpu/bins.c %D%/cpu/bins.h \
+  %D%/cpu/keep.c %D%/cpu/keep.h \
   %D%/cpu/cpu.c \
   %D%/cpu/scan.c %D%/cpu/scan.h
 # Loaded when it is asked for: only the types of libepoxy's headers are used.

@@ -67,6 +67,13 @@ typedef struct ss_raster_ink {
     float first_key; /* what each texel has at first: only lesser keys count */
     void (*keep)(void *keep_ctx, uint32_t x, uint32_t y, float key, const float value[4]);
     void *keep_ctx;
+    /* Of keep_ctx. What lets the CPU draw near things first and pass over what is too far to be kept; NULL: all is
+     * drawn. `least` is not above the distance, in a measure of the ink's own, of anything that a tag
+     * with attributes within low..high can offer; *kind: 0 or 1, as room() tells apart. `room` gives for
+     * both kinds a distance from which on nothing is kept in a box of texels (last ones included) of what
+     * has attribute 1 not below `nearest`. */
+    float (*least)(const void *keep_ctx, uint32_t tag, const float *low, const float *high, int *kind);
+    void (*room)(const void *keep_ctx, const uint32_t box[4], float nearest, float most[2]);
 } ss_raster_ink;
 
 /* What answers points: text that declares its tables (binding 2 and on) and defines

@@ -1,6 +1,7 @@
 /* The limits of silhouettes as ribbons: [Lawlor06] 3.1, step 2. See penumbra_limit.c. */
 #include <math.h>
 
+#include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "technique/limit.h"
@@ -70,6 +71,35 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value
     texel[LIMIT_C] = value[0], texel[LIMIT_Q] = value[1], texel[LIMIT_B] = value[2];
 }
 
+/* Outside is kind 0; a disc may be inside. */
+static float least_limit(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+    const ss_limit_face *f = ((const ribbons *)ctx)->face;
+    *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+    return f->highest ? 0 : ss_rim_least(tag, low, high) * f->per_texel;
+}
+
+/* By ss_limit_away() and ss_limit_outside(). */
+static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
+    const ss_limit_face *f = ((const ribbons *)ctx)->face;
+    const float far = (float)f->frame->far_h, deepest = far - nearest > f->near ? far - nearest : f->near;
+    const ss_floats near = ss_floats_all(f->near), last = ss_floats_all(far);
+    ss_floats inside = {0, 0, 0, 0}, outside = inside;
+    for (uint32_t y = box[1]; y <= box[3]; y++) {
+        for (uint32_t x = box[0]; x <= box[2]; x += 4) {
+            const size_t at = (size_t)y * f->side + (x + 3 <= box[2] ? x : box[2] > 3 ? box[2] - 3 : 0);
+            if (f->side < 4) break;
+            const ss_floats key = ss_floats_load(f->key + at), depth = ss_floats_load(f->depth + at);
+            const ss_floats gap = ss_floats_more(ss_floats_less(depth, last) - nearest, near);
+            const ss_floats begun = depth - nearest + SS_LIMIT_RAISE * f->per_texel;
+            inside = ss_floats_more(key * deepest, inside);
+            outside = ss_floats_more(ss_floats_less(key * gap, begun), outside);
+        }
+    }
+    most[0] = fmaxf(fmaxf(outside[0], outside[1]), fmaxf(outside[2], outside[3])) * (1 + 0x1p-16f);
+    most[1] = fmaxf(fmaxf(inside[0], inside[1]), fmaxf(inside[2], inside[3])) * (1 + 0x1p-16f);
+    if (f->side < 4) most[0] = most[1] = INFINITY;
+}
+
 static softshadow_status draw(const ss_stage *stage, ribbons *r, const ss_raster_triangle *triangles,
                               size_t count) {
     const ss_limit_face *f = r->face;
@@ -79,7 +109,9 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r, const ss_raster
                          .offer_glsl = glsl,
                          .first_key = SS_MAP_FAR,
                          .keep = keep,
-                         .keep_ctx = r};
+                         .keep_ctx = r,
+                         .least = least_limit,
+                         .room = room};
     ss_rim_tables(r->rim, f->depth, f->side, words, sizeof words / sizeof *words, &ink);
     return stage->raster->keep(triangles, count, f->side, &ink, stage->pool);
 }

@@ -1,11 +1,16 @@
 #include "technique/outer.h"
 
+#include <math.h>
+
+#include "base/lanes.h"
 #include "base/memory.h"
 
 /* Where a pen's offers go when a GPU has chosen among them. */
 typedef struct sheet {
     float *texels; /* of the face */
     uint32_t side;
+    float far;
+    const ss_outer_pen *pen;
 } sheet;
 
 static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
@@ -14,13 +19,39 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value
     texel[SS_OUTER_VERTEX] = value[0], texel[SS_OUTER_RISE] = value[1], texel[SS_OUTER_KEY] = key;
 }
 
+static float least_rise(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+    const sheet *s = ctx;
+    (void)kind;
+    return s->pen->rise(s->pen->ctx, ss_rim_least(tag, low, high), high[1]);
+}
+
+/* A rise is kept where it is less than key (receiver - vertex). */
+static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
+    const sheet *s = ctx;
+    const ss_floats far = ss_floats_all(s->far);
+    ss_floats sum = {0, 0, 0, 0};
+    for (uint32_t y = box[1]; y <= box[3]; y++) {
+        for (uint32_t x = box[0]; x <= box[2]; x += 4) {
+            ss_floats t[4]; /* a texel beyond the last is the last again */
+            for (uint32_t i = 0; i < 4; i++) {
+                const uint32_t at = x + i < box[2] ? x + i : box[2];
+                t[i] = ss_floats_load(s->texels + ((size_t)y * s->side + at) * SS_OUTER_CHANNELS);
+            }
+            ss_floats_turn(&t[0], &t[1], &t[2], &t[3]);
+            const ss_floats receiver = ss_floats_less(t[SS_OUTER_DEPTH], far);
+            sum = ss_floats_more(t[SS_OUTER_KEY] * (receiver - nearest), sum);
+        }
+    }
+    most[0] = most[1] = fmaxf(fmaxf(sum[0], sum[1]), fmaxf(sum[2], sum[3]));
+}
+
 /* The pen's own shade() offers to the plane, which keep() fills otherwise. */
 static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
                                   const ss_raster_triangle *triangles, size_t count,
                                   const ss_outer_pen *pen) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side, first = face * n;
-    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side};
+    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side, (float)maps->frames.face[face].far_h, pen};
     ss_outer_pen own = *pen;
     own.words[3] = (float)maps->frames.face[face].far_h;
     const ss_raster_ink ink = {.shade = pen->shade,
@@ -31,7 +62,9 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                .tables = 2,
                                .first_key = 1,
                                .keep = keep,
-                               .keep_ctx = &s};
+                               .keep_ctx = &s,
+                               .least = least_rise,
+                               .room = room};
     return stage->raster->keep(triangles, count, side, &ink, stage->pool);
 }
 

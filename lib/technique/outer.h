@@ -12,6 +12,7 @@
  * with its own numbers in words[0] to words[2]. It begins with SS_OUTER_GLSL. */
 typedef struct ss_outer_pen {
     ss_raster_shade *shade;
+    float (*rise)(const void *ctx, float away, float blocker); /* falls with blocker */
     void *ctx;
     const char *glsl;
     float words[4]; /* the last is far_h, filled in */

@@ -32,6 +32,11 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
+static float rise(const void *ctx, float away, float blocker) {
+    (void)blocker;
+    return away * ((const sheet *)ctx)->per_texel;
+}
+
 static const char glsl[] =
     SS_OUTER_GLSL "float rise_of(float away, float blocker) { return away * words[0]; }\n";
 
@@ -46,7 +51,7 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_frame *frame = &maps->frames.face[face];
     const ss_rim_style style = {.width = cone_radius, .ctx = frame, .tangent = true};
     sheet s = {maps, face, (float)(1 / ss_frame_rate(frame))};
-    const ss_outer_pen pen = {shade, &s, glsl, {s.per_texel}};
+    const ss_outer_pen pen = {shade, rise, &s, glsl, {s.per_texel}};
     return ss_outer_paint(stage, maps, found, face, &style, &pen);
 }
 

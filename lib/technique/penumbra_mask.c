@@ -99,6 +99,26 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float begins, const float va
     texel[MASK_VOLUME] = begins, texel[MASK_EDGE] = value[0];
 }
 
+/* How much deeper than its edge a volume begins. */
+static float least_rise(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+    const masking *m = ctx;
+    const float away = ss_rim_least(tag, low, high) - RAISE;
+    (void)kind;
+    return away > 0 ? away * m->per_texel : 0;
+}
+
+static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
+    const masking *m = ctx;
+    float sum = 0;
+    for (uint32_t y = box[1]; y <= box[3]; y++) {
+        const float *texel = m->texels + ((size_t)y * m->side + box[0]) * MASK_CHANNELS;
+        for (uint32_t x = box[0]; x <= box[2]; x++, texel += MASK_CHANNELS) {
+            sum = texel[MASK_VOLUME] - nearest > sum ? texel[MASK_VOLUME] - nearest : sum;
+        }
+    }
+    most[0] = most[1] = sum * (1 + 0x1p-16f) + 0x1p-20f;
+}
+
 static double width(const void *ctx, const ss_rim_vertex *vertex) {
     const ss_frame *frame = ctx;
     return fmax(0, WIDER * ss_frame_rate(frame) * (frame->far_h - vertex->h)) + RAISE;
@@ -112,7 +132,9 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
                          .offer_glsl = offer_glsl,
                          .first_key = SS_MAP_FAR,
                          .keep = keep,
-                         .keep_ctx = m};
+                         .keep_ctx = m,
+                         .least = least_rise,
+                         .room = room};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;

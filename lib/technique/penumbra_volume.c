@@ -120,6 +120,12 @@ static void store(void *ctx, uint32_t x, uint32_t y, float key, const float valu
     texel[VOLUME_FROM] = value[2], texel[VOLUME_FROM + 1] = value[3];
 }
 
+/* The longest way from an edge to a receiver, a little more. */
+static inline float deepest(const volumes *v, float edge) {
+    const float gap = v->far - edge;
+    return (gap > v->near ? gap : v->near) * (1 + 0x1p-16f);
+}
+
 /* A disc (where more than two edges meet) is inside where it is covered; on a vertex the edges that meet
  * there have what there is. */
 static void shade(void *ctx, const ss_raster_run *run) {
@@ -127,6 +133,8 @@ static void shade(void *ctx, const ss_raster_run *run) {
     const size_t first = (size_t)run->y * v->side + run->x;
     for (uint32_t i = 0; i < run->n; i++) {
         const float edge = run->attribute[1][i], depth = v->depth[first + i];
+        const float size = fabsf(ss_rim_away(run, i)); /* most are too far away, on either side */
+        if (!v->paper && !(size * v->per_texel < v->key[first + i] * deepest(v, edge))) continue;
         const ss_rim_foot foot = ss_rim_foot_of(v->rim, run, i, depth < edge + v->steep);
         if (foot.outwards[0] == 0 && foot.outwards[1] == 0) continue;
         const offer o = {foot.away, edge,
@@ -139,6 +147,32 @@ static void shade(void *ctx, const ss_raster_run *run) {
                                 (float)(tag % TAG_PARTS)};
         store(ctx, run->x + i, run->y, key, value);
     }
+}
+
+/* Outside is kind 0; a disc may be inside. */
+static float least_away(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+    const volumes *v = ctx;
+    *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+    return v->paper ? 0 : ss_rim_least(tag, low, high) * v->per_texel;
+}
+
+/* By key_of() and matters(). */
+static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
+    const volumes *v = ctx;
+    most[0] = most[1] = v->paper ? INFINITY : 0;
+    for (uint32_t y = box[1]; y <= box[3] && !v->paper; y++) {
+        for (uint32_t x = box[0]; x <= box[2]; x++) {
+            const size_t at = (size_t)y * v->side + x;
+            const float depth = v->depth[at], receiver = depth < v->far ? depth : v->far;
+            const float gap = receiver - nearest > v->near ? receiver - nearest : v->near;
+            const float begun = (depth - nearest) / v->climb * v->per_texel + RAISE * v->per_texel;
+            const float by_key = v->key[at] * gap, out = by_key < begun ? by_key : begun;
+            const float in = v->key[at] * deepest(v, nearest);
+            most[0] = out > most[0] ? out : most[0];
+            most[1] = in > most[1] ? in : most[1];
+        }
+    }
+    most[0] *= 1 + 0x1p-16f;
 }
 
 /* words: per_texel, climb, near, steep, far, paper. All the above. */
@@ -259,7 +293,9 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v, const s
                          .offer_glsl = offer_glsl,
                          .first_key = SS_MAP_FAR,
                          .keep = store,
-                         .keep_ctx = v};
+                         .keep_ctx = v,
+                         .least = least_away,
+                         .room = room};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;

@@ -77,6 +77,16 @@ static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
     return square > 0 ? square / sqrtf(square + lean * lean) : 0;
 }
 
+/* Not above ss_rim_away() of anything whose attributes are within low..high; a little less, for what
+ * rounding does. */
+static inline float ss_rim_least(uint32_t tag, const float *low, const float *high) {
+    const float x = low[0] > 0 ? low[0] : high[0] < 0 ? -high[0] : 0;
+    if (!(tag & SS_RIM_CORNER)) return x * (1 - 0x1p-16f);
+    const float y = low[2] > 0 ? low[2] : high[2] < 0 ? -high[2] : 0;
+    const float lean = fmaxf(fabsf(low[3]), fabsf(high[3])), square = x * x + y * y;
+    return square > 0 ? square / sqrtf(square + lean * lean) * (1 - 0x1p-16f) : 0;
+}
+
 /* What texel i of a run hangs on. */
 typedef struct ss_rim_foot {
     float away;                /* from it, in texels, > 0 outside, < 0 inside */

@@ -39,6 +39,8 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
+static float rise(const void *ctx, float away, float blocker) { return rise_of(ctx, away, blocker); }
+
 /* words: per_texel; texel / t, 0: by the light; D. */
 static const char glsl[] = SS_OUTER_GLSL
     "float rise_of(float away, float blocker) {\n"
@@ -64,7 +66,7 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_rim_style style = {.width = width, .ctx = &s, .average = true};
     const bool by_light = s.wide == 0 || frame->inverse == 0;
     const ss_outer_pen pen = {
-        shade, &s, glsl,
+        shade, rise, &s, glsl,
         {s.per_texel, by_light ? 0 : (float)(frame->texel / s.wide),
          by_light ? 0 : (float)(1 / frame->inverse)}};
     return ss_outer_paint(stage, maps, found, face, &style, &pen);

@@ -4,6 +4,7 @@
 #include "base/status.h"
 #include "raster/casters.h"
 #include "raster/cpu/bins.h"
+#include "raster/cpu/keep.h"
 #include "raster/raster.h"
 
 typedef struct drawing {
@@ -124,6 +125,7 @@ static softshadow_status sketch_bands(void *ctx, uint64_t begin, uint64_t end) {
 
 static softshadow_status keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
                               const ss_raster_ink *ink, ss_pool *pool) {
+    if (ink->least) return ss_cpu_keep(triangles, count, resolution, ink, pool);
     sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
     softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, &s, pool);
     if (!status) status = ss_parallel_for(pool, s.bins.bands, 1, sketch_bands, &s);

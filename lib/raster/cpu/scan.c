@@ -136,6 +136,26 @@ static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int
     shade(ctx, &run);
 }
 
+static void block_runs(const ss_scan *s, const ss_scan_block *b, uint32_t used, uint32_t tag,
+                       ss_raster_shade *shade, void *ctx) {
+    for (int32_t row = 0; row < b->height; row++) {
+        const uint32_t columns = columns_of(b, row);
+        if (!columns) continue; /* else one run, the triangle being convex */
+        const int32_t first = __builtin_ctz(columns), last = 31 - __builtin_clz(columns);
+        shade_run(s, used, b->x + first, b->y + row, last - first + 1, tag, shade, ctx);
+    }
+}
+
+void ss_scan_tile_runs(const ss_scan *s, const int32_t box[4], uint32_t tag, ss_raster_shade *shade,
+                       void *ctx) {
+    const int32_t x = greatest(s->first_x, box[0]), y = greatest(s->first_y, box[1]);
+    ss_scan_block b = {.x = x,
+                       .y = y,
+                       .width = least(s->last_x, box[2]) - x + 1,
+                       .height = least(s->last_y, box[3]) - y + 1};
+    if (ss_scan_block_set(&b, s)) block_runs(s, &b, SS_RASTER_ATTRIBUTES, tag, shade, ctx);
+}
+
 void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t used,
                   uint32_t tag, ss_raster_shade *shade, void *ctx) {
     if (ss_scan_area(s) == 0) return;
@@ -147,12 +167,7 @@ void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_
                        .width = least(SS_BAND, s->last_x - x + 1),
                        .height = least(SS_BAND, top - y + 1)};
             if (!ss_scan_block_set(&b, s)) continue;
-            for (int32_t row = 0; row < b.height; row++) {
-                const uint32_t columns = columns_of(&b, row);
-                if (!columns) continue; /* else one run, the triangle being convex */
-                const int32_t first = __builtin_ctz(columns), last = 31 - __builtin_clz(columns);
-                shade_run(s, used, x + first, y + row, last - first + 1, tag, shade, ctx);
-            }
+            block_runs(s, &b, used, tag, shade, ctx);
         }
     }
 }

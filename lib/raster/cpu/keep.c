@@ -1,0 +1,254 @@
+/* The techniques' own triangles. Penumbrae overlap tens of times where a light is large, and of all that
+ * is offered to a texel the nearest is kept: so a band's tiles get their triangles sorted by the least
+ * distance that each can have there, and once a tile is full of what is nearer the rest is passed over
+ * (as a hierarchical depth buffer does: [GKM93]). The order, and with it what is kept of things alike,
+ * depends on the triangles only. */
+#include "raster/cpu/keep.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/lanes.h"
+#include "base/memory.h"
+#include "base/status.h"
+#include "raster/casters.h"
+#include "raster/cpu/bins.h"
+
+#define TILE    16 /* texels along a side; two rows of tiles make a band */
+#define BUCKETS 32 /* of distance, in a tile */
+#define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped triangle */
+
+typedef struct sketch {
+    const ss_raster_triangle *triangles;
+    uint32_t resolution;
+    const ss_raster_ink *ink;
+    uint32_t *first; /* part of each triangle */
+    ss_scan *parts;  /* first_x > last_x: covers nothing */
+    uint32_t *owner; /* triangle of each part */
+    ss_bins bins;
+} sketch;
+
+/* ---- triangles ------------------------------------------------------------------------------ */
+
+static bool is_far(const ss_raster_triangle *t) {
+    bool far = false;
+    for (int k = 0; k < 3; k++) {
+        far |= !(fabs(t->corner[k][0]) < SS_GUARD && fabs(t->corner[k][1]) < SS_GUARD);
+    }
+    return far;
+}
+
+static softshadow_status set_up(void *ctx, uint64_t begin, uint64_t end) {
+    const sketch *s = ctx;
+    for (uint64_t t = begin; t < end; t++) {
+        ss_scan_corner corner[SS_CLIP_MOST];
+        const int count = ss_raster_triangle_corners(&s->triangles[t], corner);
+        const uint32_t first = s->first[t], room = s->first[t + 1] - first;
+        for (uint32_t k = 0; k < room; k++) {
+            ss_scan *scan = &s->parts[first + k];
+            s->owner[first + k] = (uint32_t)t;
+            *scan = (ss_scan){.first_x = 1};
+            if ((int)k + 2 >= count) continue;
+            const ss_scan_corner part[3] = {corner[0], corner[k + 1], corner[k + 2]};
+            if (!ss_scan_snap(scan, part, s->resolution) || ss_scan_area(scan) == 0) {
+                *scan = (ss_scan){.first_x = 1};
+                continue;
+            }
+            ss_scan_gradients(scan, part, SS_RASTER_ATTRIBUTES);
+        }
+    }
+    return SOFTSHADOW_OK;
+}
+
+static bool part_rows(const void *ctx, size_t i, int32_t *first, int32_t *last) {
+    const ss_scan *scan = &((const sketch *)ctx)->parts[i];
+    *first = scan->first_y, *last = scan->last_y;
+    return scan->first_x <= scan->last_x;
+}
+
+/* ---- a band --------------------------------------------------------------------------------- */
+
+/* A triangle in a tile. */
+typedef struct visit {
+    uint32_t part;
+    uint16_t tile;
+    uint8_t kind, bucket;
+    float least, nearest; /* distance; attribute 1 */
+} visit;
+
+typedef struct band {
+    const sketch *sketch;
+    int32_t first_row, last_row;
+    uint32_t across;   /* tiles */
+    visit *visits;     /* as they come; then sorted */
+    uint32_t *order;
+    size_t count, room;
+    uint32_t *start;   /* of each tile's buckets */
+} band;
+
+static int32_t least_of(int32_t a, int32_t b) { return a < b ? a : b; }
+static int32_t greatest_of(int32_t a, int32_t b) { return a > b ? a : b; }
+
+/* What the attributes can be in a box of texels, all four at once. */
+static inline void bound(const ss_scan *s, const int32_t box[4], ss_floats *low, ss_floats *high) {
+    const ss_floats sx = ss_floats_load(s->step_x), sy = ss_floats_load(s->step_y);
+    const ss_floats left = sx * (float)(box[0] - s->first_x), right = sx * (float)(box[2] - s->first_x);
+    const ss_floats below = sy * (float)(box[1] - s->first_y), above = sy * (float)(box[3] - s->first_y);
+    const ss_floats start = ss_floats_load(s->start);
+    const ss_floats least = ss_floats_load(s->least), most = ss_floats_load(s->most);
+    const ss_floats a = start + ss_floats_less(left, right) + ss_floats_less(below, above);
+    const ss_floats b = start + ss_floats_more(left, right) + ss_floats_more(below, above);
+    *low = ss_floats_less(ss_floats_more(a, least), most);
+    *high = ss_floats_less(ss_floats_more(b, least), most);
+}
+
+static bool add_visits(band *b, uint32_t part) {
+    const sketch *s = b->sketch;
+    const ss_scan *scan = &s->parts[part];
+    const uint32_t tag = s->triangles[s->owner[part]].tag;
+    const int32_t low = greatest_of(scan->first_y, b->first_row), high = least_of(scan->last_y, b->last_row);
+    for (int32_t row = (low - b->first_row) / TILE; row <= (high - b->first_row) / TILE; row++) {
+        for (int32_t column = scan->first_x / TILE; column <= scan->last_x / TILE; column++) {
+            const int32_t x = column * TILE, y = b->first_row + row * TILE;
+            const int32_t box[4] = {greatest_of(x, scan->first_x), greatest_of(y, scan->first_y),
+                                    least_of(x + TILE - 1, scan->last_x),
+                                    least_of(y + TILE - 1, least_of(b->last_row, scan->last_y))};
+            ss_scan_block block = {.x = box[0], .y = box[1], .width = box[2] - box[0] + 1,
+                                   .height = box[3] - box[1] + 1};
+            if (!ss_scan_block_set(&block, scan)) continue;
+            if (b->count == b->room) {
+                const size_t wanted = 2 * b->room + 4096;
+                visit *grown = ss_grow(b->visits, b->count, wanted, sizeof *grown);
+                if (!grown) return false;
+                b->visits = grown, b->room = wanted;
+            }
+            ss_floats lowest, highest;
+            bound(scan, box, &lowest, &highest);
+            float from[4], to[4];
+            ss_floats_store(from, lowest), ss_floats_store(to, highest);
+            int kind = 0;
+            const float least = s->ink->least(s->ink->keep_ctx, tag, from, to, &kind);
+            b->visits[b->count++] = (visit){.part = part,
+                                            .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column),
+                                            .kind = (uint8_t)kind,
+                                            .least = least,
+                                            .nearest = from[1]};
+        }
+    }
+    return true;
+}
+
+/* A tile's distances are spread over its buckets. */
+typedef struct span {
+    float least, most, nearest;
+} span;
+
+static bool sort_visits(band *b, span *spans) {
+    const uint32_t tiles = 2 * b->across;
+    for (uint32_t t = 0; t < tiles; t++) spans[t] = (span){INFINITY, -INFINITY, INFINITY};
+    for (size_t i = 0; i < b->count; i++) {
+        const visit *v = &b->visits[i];
+        span *to = &spans[v->tile];
+        to->least = v->least < to->least ? v->least : to->least;
+        to->most = v->least > to->most ? v->least : to->most;
+        to->nearest = v->nearest < to->nearest ? v->nearest : to->nearest;
+    }
+    memset(b->start, 0, ((size_t)tiles * BUCKETS + 1) * sizeof *b->start);
+    for (size_t i = 0; i < b->count; i++) {
+        visit *v = &b->visits[i];
+        const span *of = &spans[v->tile];
+        const float wide = of->most - of->least;
+        v->bucket = wide > 0 ? (uint8_t)((v->least - of->least) / wide * (BUCKETS - .01f)) : 0;
+        b->start[v->tile * BUCKETS + v->bucket + 1]++;
+    }
+    for (size_t i = 0; i < (size_t)tiles * BUCKETS; i++) b->start[i + 1] += b->start[i];
+    b->order = ss_alloc(b->count, sizeof *b->order);
+    if (!b->order) return false;
+    for (size_t i = 0; i < b->count; i++) {
+        const visit *v = &b->visits[i];
+        b->order[b->start[v->tile * BUCKETS + v->bucket]++] = (uint32_t)i;
+    }
+    return true; /* start[k] is now where bucket k ends */
+}
+
+static void draw_tile(const band *b, uint32_t tile, const span *of) {
+    const sketch *s = b->sketch;
+    const uint32_t begin = tile ? b->start[tile * BUCKETS - 1] : 0, end = b->start[(tile + 1) * BUCKETS - 1];
+    const int32_t row = b->first_row + (int32_t)(tile / b->across) * TILE;
+    const uint32_t column = tile % b->across * TILE, last = s->resolution - 1;
+    const uint32_t box[4] = {column, (uint32_t)row, column + TILE - 1 < last ? column + TILE - 1 : last,
+                             (uint32_t)least_of(row + TILE - 1, b->last_row)};
+    float room[2] = {INFINITY, INFINITY};
+    uint32_t since = 0;
+    for (uint32_t i = begin; i < end; i++) {
+        const visit *v = &b->visits[b->order[i]];
+        if (since && v->least > 0) s->ink->room(s->ink->keep_ctx, box, of->nearest, room), since = 0;
+        if (!(v->least < room[v->kind])) continue;
+        const ss_raster_triangle *t = &s->triangles[s->owner[v->part]];
+        ss_scan part = s->parts[v->part];
+        ss_scan_tile_runs(&part, (const int32_t *)box, t->tag, s->ink->shade, s->ink->ctx);
+        since++;
+    }
+}
+
+static softshadow_status draw_band(band *b, span *spans, uint32_t index) {
+    const sketch *s = b->sketch;
+    softshadow_status status = SOFTSHADOW_OK;
+    b->start = ss_alloc(2 * (size_t)b->across * BUCKETS + 1, sizeof *b->start);
+    bool fine = b->start != NULL;
+    for (uint32_t i = s->bins.first[index]; i < s->bins.first[index + 1] && fine; i++) {
+        fine = add_visits(b, s->bins.item[i]);
+    }
+    fine = fine && sort_visits(b, spans);
+    for (uint32_t tile = 0; tile < 2 * b->across && fine; tile++) draw_tile(b, tile, &spans[tile]);
+    if (!fine) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for penumbrae");
+    ss_free(b->start), ss_free(b->order), ss_free(b->visits);
+    return status;
+}
+
+static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
+    const sketch *s = ctx;
+    const uint32_t across = (s->resolution + TILE - 1) / TILE;
+    span *spans = ss_alloc(2 * (size_t)across, sizeof *spans);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!spans) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for penumbrae");
+    for (uint64_t i = begin; i < end && !status; i++) {
+        const int32_t first = (int32_t)i * SS_BAND;
+        band b = {.sketch = s, .first_row = first,
+                  .last_row = least_of(first + SS_BAND - 1, (int32_t)s->resolution - 1),
+                  .across = across};
+        status = draw_band(&b, spans, (uint32_t)i);
+    }
+    ss_free(spans);
+    return status;
+}
+
+/* ---- all ------------------------------------------------------------------------------------ */
+
+static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool) {
+    s->first = ss_alloc(count + 1, sizeof *s->first);
+    if (!s->first) return SOFTSHADOW_E_MEMORY;
+    for (size_t t = 0; t < count; t++) {
+        s->first[t + 1] = s->first[t] + (is_far(&s->triangles[t]) ? MOST_PARTS : 1);
+    }
+    s->parts = ss_alloc(s->first[count], sizeof *s->parts);
+    s->owner = ss_alloc(s->first[count], sizeof *s->owner);
+    if (!s->parts || !s->owner) return SOFTSHADOW_E_MEMORY;
+    softshadow_status status = ss_parallel_for(pool, count, 1024, set_up, s);
+    if (!status) {
+        status = ss_bins_build(&s->bins, s->first[count], s->resolution, part_rows, s, pool);
+    }
+    return status ? status : ss_parallel_for(pool, s->bins.bands, 1, draw_bands, s);
+}
+
+softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
+                              const ss_raster_ink *ink, ss_pool *pool) {
+    sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
+    softshadow_status status = draw_near_first(&s, count, pool);
+    if (status == SOFTSHADOW_E_MEMORY) {
+        status = ss_fail(status, "map: out of memory for the penumbrae of %zu triangles", count);
+    }
+    ss_bins_free(&s.bins);
+    ss_free(s.first), ss_free(s.parts), ss_free(s.owner);
+    return status;
+}
