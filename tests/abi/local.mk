@@ -4,7 +4,7 @@ dist_check_SCRIPTS += $(scripts)
 TESTS += $(scripts)
 
 hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless \
-  %D%/gpu_faults %D%/gpu_host
+  %D%/gpu_faults %D%/gpu_host %D%/gpu_glx
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
 EXTRA_DIST += %D%/plain.h %D%/compatible.py %D%/libsoftshadow.abi.xml
@@ -31,6 +31,8 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 %C%_gpu_faults_LDFLAGS = -export-dynamic
 %C%_gpu_host_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_gpu_host_LDADD = libsoftshadow.la -ldl -lpthread
+%C%_gpu_glx_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_gpu_glx_LDADD = libsoftshadow.la -ldl
 %C%_threadless_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_threadless_LDADD = libsoftshadow.la -ldl
 %C%_threadless_CFLAGS = $(EXPORTING)
