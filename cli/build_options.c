@@ -162,7 +162,7 @@ void cli_build_options_tables(cli_build_options *o, cli_option build[CLI_BUILD_T
                                .into = &b->seed,
                                .low = 0,
                                .high = UINT32_MAX,
-                               .help = "turns the sample pattern of raytrace and penumbra-mask (0)"},
+                               .help = "turns the samples of raytrace and penumbra-mask (0)"},
                               {.name = "stats",
                                .kind = CLI_CHOICE,
                                .argument = "FORM",

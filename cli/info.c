@@ -207,7 +207,8 @@ static int print(info *in, int status) {
 int cli_info(int argc, char **argv) {
     info in = {.first = true};
     const cli_option own[] = {
-        {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &in, .take = take_light,
+        {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &in,
+         .take = take_light,
          .help = "silhouette edges seen from the centre of this light; repeatable"},
         {.name = "backends", .kind = CLI_FLAG, .into = &in.backends,
          .help = "what builds and answers here: the CPU, a GPU, or why not; no mesh"},

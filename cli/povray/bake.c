@@ -13,7 +13,7 @@
 static const double longest = 1.0 / 16, shortest = 1.0 / 256;
 
 /* Rounds for visibility: longest / shortest is 2^4. Without a limit triangles beside an edge that a
- * shadow's rim runs along would be split for ever: that edge stays, and so do long ones to its ends. */
+ * shadow's rim runs along would be split for ever: that edge stays, and so do long ones to it. */
 enum { ROUNDS = 4 };
 
 /* Visibility is written with 8 bits: what is off by less than four steps of it is hardly seen. */

@@ -60,10 +60,10 @@ static void decode(const povray_job *job, const pass *coarse, const pass *fine, 
                 (float)(job->box[a] + (job->box[3 + a] - job->box[a]) * steps / 65535.0);
         }
         if (!normals || out->alpha[i] <= 0) continue;
-        vector n;
         const float *turn = normals->pixels + 3 * i;
-        n = vector_unit((vector){cos(M_PI * (1 - (double)turn[0])), cos(M_PI * (1 - (double)turn[1])),
-                                 cos(M_PI * (1 - (double)turn[2]))});
+        const vector n = vector_unit(
+            (vector){cos(M_PI * (1 - (double)turn[0])), cos(M_PI * (1 - (double)turn[1])),
+                     cos(M_PI * (1 - (double)turn[2]))});
         out->normal[3 * i] = (float)n.x;
         out->normal[3 * i + 1] = (float)n.y;
         out->normal[3 * i + 2] = (float)n.z;

@@ -232,8 +232,8 @@ static void put_textures(writer *w, const char *look) {
         look);
 }
 
-/* Between the many small triangles of a baked ground rays slip through now and then: behind them the
- * ground once more. */
+/* Between the many small triangles of a baked ground rays slip through now and then: behind them
+ * the ground once more. */
 static void put_backing(writer *w) {
     const picture *p = w->picture;
     const raster_surface *ground = &p->surfaces[p->ground];

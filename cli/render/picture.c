@@ -136,7 +136,8 @@ static void shade(const band *b, picture *p, size_t i, size_t pixel) {
         if (seen > 0) light += whole * seen;
         p->visibility[lights * pixel + l] += (float)part * (seen - 1);
         for (size_t c = 0; p->split && c < 3; c++)
-            p->unshadowed[3 * (lights * pixel + l) + c] += (float)(part * alpha * albedo[c] * whole);
+            p->unshadowed[3 * (lights * pixel + l) + c] +=
+                (float)(part * alpha * albedo[c] * whole);
     }
     for (size_t c = 0; c < 3; c++) {
         p->beauty[4 * pixel + c] += (float)(part * alpha * albedo[c] * light);
