@@ -309,7 +309,7 @@ class Scene:
         weighting       "uniform", "solid_angle" or "irradiance" (needs normals)
         mask_taps       of "penumbra-mask": taps along a side; 0: 8
         blur            of "penumbra-mask": over how many pixels along image rows (1: over 12)
-        seed            turns the sample pattern of "raytrace"
+        seed            turns the sample pattern of "raytrace" and "penumbra-mask"
         tolerance       wanted RMS error of a point in penumbra; 0: 1/256
         depth_bias      length, for methods that compare depths; 0: their own
         smoothie_width  tangent units; 0: R/b
