@@ -140,6 +140,7 @@ static int find_text(struct dl_phdr_info *info, size_t size, void *unused) {
 
 typedef struct work {
     const char *method;
+    softshadow_build build; /* what differs from the defaults */
     scene_mesh mesh;
     softshadow_light light;
     double points[N][3];
@@ -165,7 +166,7 @@ static softshadow_status add(softshadow *handle, const work *w) {
 }
 
 static softshadow_status build_and_ask(softshadow *handle, const work *w, float *v) {
-    softshadow_build build = SOFTSHADOW_BUILD_INIT;
+    softshadow_build build = w->build;
     build.resolution = 64; /* as many allocations as for any other, and quick */
     build.method = w->method, build.samples = 256;
     softshadow_status status = softshadow_build_maps(handle, &build);
@@ -223,33 +224,96 @@ static bool run(work *w, long k) {
     return failed;
 }
 
-static void every_allocation_fails_once(void **state) {
-    work w = {.method = *state, .light = scene_sphere_light(0.2, 0.1, 6, 1)};
-    scene_garbage(&w.mesh, 3);
-    scene_icosphere(&w.mesh, (const double[3]){0, 0, 2}, 0.7, 1, 0);
-    scene_grid(w.points, 16, -2, 2, -2, 2, 0);
+/* Each place in turn, on the threads of w. */
+static void fail_each(work *w) {
+    softshadow *handle = NULL;
+    arm(0);
+    OK(NULL, softshadow_create(&handle, NULL));
+    OK(handle, add(handle, w));
+    OK(handle, build_and_ask(handle, w, w->want));
+    softshadow_destroy(handle);
+    (void)run(w, 0); /* warm: whatever is made once per process is there now */
+    const long before = held_count;
+    long k = 1;
+    while (run(w, k)) {
+        CHECK(held_count == before, "allocation %ld: %ld blocks leaked", k, held_count - before);
+        k++;
+        CHECK(k < 5000, "too many allocations for a small scene");
+    }
+    print_message("           %u threads: %ld allocations, each failed once\n", w->threads, k - 1);
+    CHECK(k > 10, "only %ld allocations were seen: the test sees nothing", k - 1);
+}
+
+static work new_work(const char *method) {
+    work w = {.method = method,
+              .build = SOFTSHADOW_BUILD_INIT,
+              .threads = 1,
+              .light = scene_sphere_light(0.2, 0.1, 6, 1)};
     static const float profile[3] = {1, 0.8f, 0.4f};
     w.light.profile = profile, w.light.profile_count = 3;
-    for (w.threads = 1; w.threads <= 2; w.threads++) {
-        softshadow *handle = NULL;
-        arm(0);
-        OK(NULL, softshadow_create(&handle, NULL));
-        OK(handle, add(handle, &w));
-        OK(handle, build_and_ask(handle, &w, w.want));
-        softshadow_destroy(handle);
-        (void)run(&w, 0); /* warm: whatever is made once per process is there now */
-        const long before = held_count;
-        long k = 1;
-        while (run(&w, k)) {
-            CHECK(held_count == before, "allocation %ld: %ld blocks leaked", k,
-                  held_count - before);
-            k++;
-            CHECK(k < 5000, "too many allocations for a small scene");
-        }
-        print_message("           %u threads: %ld allocations, each failed once\n", w.threads,
-                      k - 1);
-        CHECK(k > 10, "only %ld allocations were seen: the test sees nothing", k - 1);
+    scene_grid(w.points, 16, -2, 2, -2, 2, 0);
+    return w;
+}
+
+static void add_small_scene(work *w) {
+    scene_garbage(&w->mesh, 3);
+    scene_icosphere(&w->mesh, (const double[3]){0, 0, 2}, 0.7, 1, 0);
+}
+
+static void every_allocation_fails_once(void **state) {
+    work w = new_work(*state);
+    add_small_scene(&w);
+    for (w.threads = 1; w.threads <= 2; w.threads++) fail_each(&w);
+    scene_free(&w.mesh);
+}
+
+static bool is_limit(const char *method) { return strcmp(method, "penumbra-limit") == 0; }
+
+static void propagated_penumbrae(void **state) {
+    work w = new_work(*state);
+    add_small_scene(&w);
+    w.build.propagate = 1;
+    fail_each(&w);
+    scene_free(&w.mesh);
+}
+
+/* A mesh just dense enough for coarser levels, which many points repay. */
+static void coarser_levels(void **state) {
+    enum { SIDE = 66 };
+    work w = new_work(*state);
+    uint64_t random = 3;
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+        scene_vertex(&w.mesh, i % SIDE / 32.0 - 1, i / SIDE / 32.0 - 1,
+                     2 + scene_uniform(&random, 0, .005));
+        if (i % SIDE == 0 || i < SIDE) continue;
+        scene_triangle(&w.mesh, i, i - 1, i - SIDE);
+        scene_triangle(&w.mesh, i - 1, i - SIDE - 1, i - SIDE);
     }
+    w.build.points_ahead = 1 << 30, w.build.tolerance = 1.0 / 64;
+    softshadow *handle = NULL;
+    softshadow_stats stats = SOFTSHADOW_STATS_INIT;
+    OK(NULL, softshadow_create(&handle, NULL));
+    OK(handle, add(handle, &w));
+    OK(handle, build_and_ask(handle, &w, w.want));
+    OK(handle, softshadow_get_stats(handle, &stats));
+    CHECK(stats.lod_triangles > 0, "no levels were made of %zu triangles", w.mesh.triangles);
+    softshadow_destroy(handle);
+    fail_each(&w);
+    scene_free(&w.mesh);
+}
+
+/* One method with its maps and its query on the GPU. */
+static void on_the_gpu(void **state) {
+    softshadow_backend egl = SOFTSHADOW_BACKEND_INIT;
+    OK(NULL, softshadow_backend_info(SOFTSHADOW_EGL, &egl));
+    if (egl.status != SOFTSHADOW_OK) {
+        print_message("           left out: %s\n", egl.why);
+        return;
+    }
+    work w = new_work(*state);
+    add_small_scene(&w);
+    w.build.backend = SOFTSHADOW_EGL;
+    fail_each(&w);
     scene_free(&w.mesh);
 }
 
@@ -264,6 +328,11 @@ int main(void) {
         fprintf(stderr, "libsoftshadow.so is not loaded: is this linked statically?\n");
         return 99;
     }
-    const ask_test tests[] = {{"every allocation fails once", every_allocation_fails_once, NULL}};
-    return ask_run("memory", tests, 1);
+    const ask_test tests[] = {
+        {"every allocation fails once", every_allocation_fails_once, NULL},
+        {"with propagated penumbrae", propagated_penumbrae, is_limit},
+        {"with coarser levels", coarser_levels, ask_auto},
+        {"on the GPU", on_the_gpu, is_limit},
+    };
+    return ask_run("memory", tests, sizeof tests / sizeof *tests);
 }

@@ -69,3 +69,14 @@ EXTRA_DIST += tests/gpu.h
 %C%_gpu_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_gpu_LDADD = $(PROOF_LIBS)
 endif
+
+# make check-scalar: the same as on a host without AVX2.
+if HAVE_CMOCKA
+check-scalar: $(proofs) $(map_proofs)
+	@bad=0; for test in $(proofs) $(map_proofs); do \
+	  if SOFTSHADOW_CPU=scalar ./$$test >$$test.scalar.log 2>&1; then \
+	    echo "PASS: $$test, scalar"; rm -f $$test.scalar.log; \
+	  else echo "FAIL: $$test, scalar: $$test.scalar.log ends:"; tail -n 20 $$test.scalar.log; bad=1; fi; \
+	done; exit $$bad
+endif
+.PHONY: check-scalar

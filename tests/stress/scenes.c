@@ -1,6 +1,7 @@
 /* stress scenes [FIRST [COUNT]]: small random scenes, each made from its number, against the exact
- * area of the union of their triangles. A scene that breaks a bound is made smaller, triangle by
- * triangle, while it still does, and printed whole: `scenes NUMBER` runs it again.
+ * area of the union of their triangles. A scene that breaks a bound is made smaller while it still does:
+ * one point, no triangle that can go, numbers of few digits; and printed whole. `scenes NUMBER` runs it
+ * again.
  *
  * "exact" must hold its bound at every point, "auto" its bound and 0.1, "raytrace" its bound at all
  * but one point in a thousand. */
@@ -80,22 +81,26 @@ static void find_truth(stress_case *one) {
         one->truth[i] = oracle_union(&one->mesh, &one->light, one->points[i], NULL);
 }
 
-/* The first point whose truth is outside the method's bound; POINTS: none is. */
-static int find_outside(const stress_case *one, const char *method, float *visibility,
+static bool refused; /* by find_outside(): the scene as a whole */
+static bool shrinks_refused; /* what is being made smaller was: a smaller one must be, too */
+
+/* The first point whose truth is outside the method's bound; the case's count: none is. */
+static size_t find_outside(const stress_case *one, const char *method, float *visibility,
                         float *bound) {
-    if (stress_ask(method, one, visibility, bound, STRESS_USUAL)) return 0;
+    refused = stress_ask(method, one, visibility, bound, STRESS_USUAL) != SOFTSHADOW_OK;
+    if (refused) return 0;
     const bool automatic = strcmp(method, "auto") == 0;
-    for (int i = 0; i < POINTS; i++) {
+    for (size_t i = 0; i < one->count; i++) {
         const double off = fabs(visibility[i] - one->truth[i]);
         if (!(off <= bound[i] + SLACK) || (automatic && off > .1)) return i;
     }
-    return POINTS;
+    return one->count;
 }
 
 static bool fails(stress_case *one, const char *method) {
     float visibility[POINTS], bound[POINTS];
     find_truth(one);
-    return find_outside(one, method, visibility, bound) < POINTS;
+    return find_outside(one, method, visibility, bound) < one->count && refused == shrinks_refused;
 }
 
 static void drop_triangle(scene_mesh *mesh, size_t t) {
@@ -104,8 +109,23 @@ static void drop_triangle(scene_mesh *mesh, size_t t) {
     mesh->triangles--;
 }
 
-/* Takes triangles away as long as what is left fails, too. */
-static void shrink(stress_case *one, const char *method) {
+/* Only the point that fails: alone it may not, where a batch is answered as a whole. */
+static void keep_one_point(stress_case *one, const char *method) {
+    float visibility[POINTS], bound[POINTS];
+    double points[POINTS][3];
+    const size_t i = find_outside(one, method, visibility, bound), count = one->count;
+    if (i == count) return;
+    memcpy(points, one->points, sizeof points);
+    memcpy(one->points[0], points[i], sizeof points[i]);
+    one->count = 1;
+    if (fails(one, method)) return;
+    memcpy(one->points, points, sizeof points);
+    one->count = count;
+}
+
+/* Takes triangles away as long as what is left fails, too. Returns whether any went. */
+static bool drop_triangles(stress_case *one, const char *method) {
+    const size_t before = one->mesh.triangles;
     for (size_t t = 0; t < one->mesh.triangles;) {
         scene_mesh whole = scene_copy(&one->mesh);
         drop_triangle(&one->mesh, t);
@@ -117,15 +137,49 @@ static void shrink(stress_case *one, const char *method) {
             t++;
         }
     }
+    return one->mesh.triangles < before;
+}
+
+/* The fewest decimals with which it still fails. */
+static void round_number(stress_case *one, const char *method, double *number) {
+    const double kept = *number;
+    for (int decimals = 0; decimals < 5; decimals++) {
+        const double unit = pow(10, decimals);
+        *number = rint(kept * unit) / unit + 0.0; /* no -0 */
+        if (*number == kept || fails(one, method)) return;
+    }
+    *number = kept;
+}
+
+static void round_numbers(stress_case *one, const char *method) {
+    softshadow_light *l = &one->light;
+    double *const of_light[] = {l->position, l->direction, l->u, l->v};
+    for (size_t i = 0; i < 3 * one->mesh.triangles; i++) {
+        for (int k = 0; k < 3; k++)
+            round_number(one, method, &one->mesh.xyz[3 * one->mesh.indices[i] + k]);
+    }
+    for (int k = 0; k < 3 && one->count == 1; k++) round_number(one, method, &one->points[0][k]);
+    for (int k = 0; k < 12; k++) round_number(one, method, &of_light[k / 3][k % 3]);
+    round_number(one, method, &l->radius);
+}
+
+/* Numbers of few digits may let further triangles go. */
+static void shrink(stress_case *one, const char *method) {
+    shrinks_refused = refused;
+    keep_one_point(one, method);
+    do {
+        while (drop_triangles(one, method)) {}
+        round_numbers(one, method);
+    } while (drop_triangles(one, method));
 }
 
 static void print_case(stress_case *one, const char *method) {
     float visibility[POINTS], bound[POINTS];
     find_truth(one);
-    const int i = find_outside(one, method, visibility, bound) % POINTS;
+    const size_t i = find_outside(one, method, visibility, bound) % one->count;
     const softshadow_light *l = &one->light;
-    printf("scene %s, %s: V %.9g, truth %.9g, bound %.9g\n", one->cell, method, visibility[i],
-           one->truth[i], bound[i]);
+    printf("scene %s, %s, smallest: V %.9g, truth %.9g, bound %.9g\n", one->cell, method,
+           visibility[i], one->truth[i], bound[i]);
     printf("  point %.17g %.17g %.17g\n", one->points[i][0], one->points[i][1], one->points[i][2]);
     printf("  light type %u at %.17g %.17g %.17g direction %.17g %.17g %.17g radius %.17g\n", l->type,
            l->position[0], l->position[1], l->position[2], l->direction[0], l->direction[1],
@@ -153,7 +207,7 @@ int main(int argc, char **argv) {
         float visibility[POINTS], bound[POINTS];
         find_truth(&one);
         for (int m = 0; m < METHODS; m++) {
-            const bool bad = find_outside(&one, methods[m], visibility, bound) < POINTS;
+            const bool bad = find_outside(&one, methods[m], visibility, bound) < one.count;
             for (int i = 0; i < POINTS; i++) {
                 const double off = fabs(visibility[i] - one.truth[i]);
                 worst[m] = fmax(worst[m], off), squares[m] += off * off;
