@@ -1,5 +1,6 @@
-/* Memory runs out once, at every single place where the library asks for it: the call answers
- * E_MEMORY, or does without; nothing crashes or leaks; and the handle then gives the right bits.
+/* Memory runs out, at every single place where the library asks for it, once or from there on: the
+ * call answers E_MEMORY, or does without; nothing crashes or leaks; and the handle then, when there is
+ * memory again, gives the right bits.
  *
  * This program's own malloc and operator new stand before the C library's. They count, and fail,
  * only calls that come from libsoftshadow's text; what Embree and TBB ask for is theirs. */
@@ -23,6 +24,7 @@ extern void __libc_free(void *);
 static uintptr_t text_low, text_high;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static long calls, fail_at, failures; /* of the library, since arm() */
+static bool for_good;                 /* not only this one fails but all that follow */
 static __thread bool fail_next;       /* below operator new */
 
 /* What the library holds: open addressing, NULL free, 1 removed. */
@@ -52,7 +54,8 @@ static bool is_ours(const void *caller) {
 /* One request of the library: is it the one to fail? */
 static bool refuse(void) {
     pthread_mutex_lock(&lock);
-    const bool now = ++calls == fail_at;
+    calls++;
+    const bool now = calls == fail_at || (for_good && fail_at > 0 && calls > fail_at);
     failures += now;
     pthread_mutex_unlock(&lock);
     return now;
@@ -224,10 +227,11 @@ static bool run(work *w, long k) {
     return failed;
 }
 
-/* Each place in turn, on the threads of w. */
-static void fail_each(work *w) {
+/* Each place in turn, on the threads of w; it alone, or it and all that follow. */
+static void fail_each(work *w, bool all_that_follow) {
     softshadow *handle = NULL;
     arm(0);
+    for_good = all_that_follow;
     OK(NULL, softshadow_create(&handle, NULL));
     OK(handle, add(handle, w));
     OK(handle, build_and_ask(handle, w, w->want));
@@ -240,7 +244,8 @@ static void fail_each(work *w) {
         k++;
         CHECK(k < 5000, "too many allocations for a small scene");
     }
-    print_message("           %u threads: %ld allocations, each failed once\n", w->threads, k - 1);
+    print_message("           %u threads: %ld allocations, each failed%s\n", w->threads, k - 1,
+                  for_good ? " with all that follow" : " once");
     CHECK(k > 10, "only %ld allocations were seen: the test sees nothing", k - 1);
 }
 
@@ -263,7 +268,9 @@ static void add_small_scene(work *w) {
 static void every_allocation_fails_once(void **state) {
     work w = new_work(*state);
     add_small_scene(&w);
-    for (w.threads = 1; w.threads <= 2; w.threads++) fail_each(&w);
+    for (w.threads = 1; w.threads <= 2; w.threads++) fail_each(&w, false);
+    w.threads = 1;
+    fail_each(&w, true);
     scene_free(&w.mesh);
 }
 
@@ -273,7 +280,7 @@ static void propagated_penumbrae(void **state) {
     work w = new_work(*state);
     add_small_scene(&w);
     w.build.propagate = 1;
-    fail_each(&w);
+    fail_each(&w, false);
     scene_free(&w.mesh);
 }
 
@@ -298,7 +305,7 @@ static void coarser_levels(void **state) {
     OK(handle, softshadow_get_stats(handle, &stats));
     CHECK(stats.lod_triangles > 0, "no levels were made of %zu triangles", w.mesh.triangles);
     softshadow_destroy(handle);
-    fail_each(&w);
+    fail_each(&w, false);
     scene_free(&w.mesh);
 }
 
@@ -313,7 +320,7 @@ static void on_the_gpu(void **state) {
     work w = new_work(*state);
     add_small_scene(&w);
     w.build.backend = SOFTSHADOW_EGL;
-    fail_each(&w);
+    fail_each(&w, false);
     scene_free(&w.mesh);
 }
 

@@ -332,7 +332,7 @@ static void soups(const sweep *s) {
 
 /* Where layers are counted, a million of them may wrap a counter. */
 static void coincident(const sweep *s) {
-    stress_case one = start("mesh", "1e6 coincident triangles");
+    stress_case one = start("coincident", "1e6 triangles");
     const uint32_t a = scene_vertex(&one.mesh, -1, -1, 1), b = scene_vertex(&one.mesh, 1, -1, 1),
                    c = scene_vertex(&one.mesh, 0, 1, 1);
     scene_grid(one.points, SIDE, -1.5, 1.5, -1.5, 1.5, 0);
