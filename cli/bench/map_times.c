@@ -158,10 +158,17 @@ static bool depth_stats(timing *t, double *depth, double *silhouettes, uint64_t 
     return true;
 }
 
+/* What the library itself measures is time on the wall: the best is what it takes undisturbed. */
+static double least(const double *values, uint32_t n) {
+    double best = values[0];
+    for (uint32_t i = 1; i < n; i++) best = fmin(best, values[i]);
+    return best;
+}
+
 /* In turns: the library's depth map, and the same picture by packets of Embree's rays. */
 static bool depth_map(timing *t) {
     const uint32_t n = t->options->repeat;
-    double ours[MOST_REPEATS], theirs[MOST_REPEATS], ratio[MOST_REPEATS], unused;
+    double ours[MOST_REPEATS], all[MOST_REPEATS], theirs[MOST_REPEATS], ratio[MOST_REPEATS], unused;
     uint64_t edges;
     size_t mine = 0, other = 0;
     peer_rays rays = {.side = SIDE};
@@ -170,7 +177,7 @@ static bool depth_map(timing *t) {
     bool fine = picture || cli_fail(t->error, CLI_FAILED, "memory ran out");
     memcpy(rays.origin, t->cell->light.position, sizeof rays.origin);
     for (uint32_t i = 0; i < n && fine; i++) {
-        fine = build(t, ALONE, "hard", &unused) && depth_stats(t, &ours[i], &unused, &edges) &&
+        fine = build(t, ALONE, "hard", &all[i]) && depth_stats(t, &ours[i], &unused, &edges) &&
                (softshadow_get_map(t->handle[ALONE], 0, &map) == SOFTSHADOW_OK ||
                 fails(t, ALONE, "hard"));
         if (!fine) break;
@@ -178,12 +185,13 @@ static bool depth_map(timing *t) {
         find_rays(&map, &rays);
         const double start = bench_clock();
         peer_depth(t->peer, &rays, picture);
-        theirs[i] = bench_clock() - start, ratio[i] = ours[i] / theirs[i];
+        theirs[i] = bench_clock() - start, ratio[i] = all[i] / theirs[i];
         other = covered(picture);
     }
     if (fine)
-        printf("  depth map       %8.2f ms; Embree's packets %.2f ms, ratio %.2f; texels covered: %zu, "
-               "%zu\n", 1e3 * bench_median(ours, n), 1e3 * bench_median(theirs, n),
+        printf("  depth map       %8.2f ms at best, of %.2f for all of hard's build; Embree's packets "
+               "%.2f, ratio of these two %.2f; texels covered: %zu, %zu\n",
+               1e3 * least(ours, n), 1e3 * bench_median(all, n), 1e3 * bench_median(theirs, n),
                bench_median(ratio, n), mine, other);
     free(picture);
     return fine;
@@ -191,15 +199,15 @@ static bool depth_map(timing *t) {
 
 static bool silhouettes(timing *t) {
     const uint32_t n = t->options->repeat;
-    double seconds[MOST_REPEATS], unused;
+    double seconds[MOST_REPEATS] = {0}, unused;
     uint64_t edges = 0;
     for (uint32_t i = 0; i < n; i++) {
         if (!build(t, ALONE, "penumbra-map", &unused) ||
             !depth_stats(t, &unused, &seconds[i], &edges))
             return false;
     }
-    printf("  silhouettes     %8.2f ms after connectivity: %llu edges\n",
-           1e3 * bench_median(seconds, n), (unsigned long long)edges);
+    printf("  silhouettes     %8.2f ms at best after connectivity: %llu edges\n", 1e3 * least(seconds, n),
+           (unsigned long long)edges);
     return true;
 }
 

@@ -1,6 +1,5 @@
 /* Walks the hierarchy: nodes whose faces all face the light, or all turn away, hold no silhouette. */
 #include <math.h>
-#include <stdatomic.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -20,7 +19,7 @@ typedef struct finder {
     const ss_world *world;
     const ss_topology *topology;
     ss_eye eye;
-    _Atomic int8_t *sign; /* per triangle, 0: not yet known; whoever finds it writes the same */
+    double doubt; /* of normal . eye - offset: whatever is less may have either sign */
     uint32_t top;         /* level that tasks are taken from */
     ss_silhouette *parts; /* one a task, one more for free edges */
 } finder;
@@ -57,12 +56,19 @@ int ss_silhouette_sign(const ss_world *world, uint32_t t, const ss_eye *eye) {
 }
 
 static int sign_of(const finder *f, uint32_t t) {
-    int sign = atomic_load_explicit(&f->sign[t], memory_order_relaxed);
-    if (sign == 0) {
-        sign = ss_silhouette_sign(f->world, t, &f->eye);
-        atomic_store_explicit(&f->sign[t], (int8_t)sign, memory_order_relaxed);
-    }
-    return sign;
+    const ss_silhouette_plane *plane = &f->tree->planes[t];
+    double height = f->eye.w ? -(double)plane->offset : 0;
+    for (int k = 0; k < 3; k++) height += (double)plane->normal[k] * f->eye.place[k];
+    if (fabs(height) > f->doubt) return height > 0 ? 1 : -1;
+    return ss_silhouette_sign(f->world, t, &f->eye);
+}
+
+/* A normal's numbers and the offset are rounded by 2^-25 of at most 1 and sqrt 3, in local coordinates;
+ * more than twice that, for what doubles round: 4e-9 at most, by THIN in tree.c. */
+static double doubt_of(const ss_eye *eye) {
+    double square = 0;
+    for (int k = 0; k < 3; k++) square += eye->place[k] * eye->place[k];
+    return 0x1p-23 * (sqrt(square) + 2);
 }
 
 static bool append(ss_silhouette *list, size_t *room, const ss_silhouette_edge *edge) {
@@ -76,13 +82,8 @@ static bool append(ss_silhouette *list, size_t *room, const ss_silhouette_edge *
     return true;
 }
 
-static bool test_edge(const finder *f, uint32_t e, ss_silhouette *list, size_t *room) {
+static bool append_edge(const finder *f, uint32_t e, int64_t sum, ss_silhouette *list, size_t *room) {
     const ss_edge *edge = &f->topology->edges[e];
-    int64_t sum = 0;
-    for (uint32_t i = edge[0].first_use; i < edge[1].first_use; i++) {
-        const uint32_t use = f->topology->uses[i];
-        sum += sign_of(f, ss_use_triangle(use)) * ss_use_sign(use);
-    }
     if (sum == 0) return true;
     const bool forwards = sum > 0;
     const ss_silhouette_edge found = {{edge->vertex[!forwards], edge->vertex[forwards]}, e,
@@ -90,9 +91,14 @@ static bool test_edge(const finder *f, uint32_t e, ss_silhouette *list, size_t *
     return append(list, room, &found);
 }
 
-/* Two faces of the same sign: nothing more to look at. */
-static bool settled(const finder *f, const uint32_t faces[2]) {
-    return faces[0] != SS_NO_TRIANGLE && sign_of(f, faces[0]) == sign_of(f, faces[1]);
+static bool test_edge(const finder *f, uint32_t e, ss_silhouette *list, size_t *room) {
+    const ss_edge *edge = &f->topology->edges[e];
+    int64_t sum = 0;
+    for (uint32_t i = edge[0].first_use; i < edge[1].first_use; i++) {
+        const uint32_t use = f->topology->uses[i];
+        sum += sign_of(f, ss_use_triangle(use)) * ss_use_sign(use);
+    }
+    return append_edge(f, e, sum, list, room);
 }
 
 /* Do all faces of the node face the same way? For any normal n of the cone and any x of the sphere,
@@ -110,24 +116,89 @@ static bool uniform(const ss_silhouette_node *node, const ss_eye *eye) {
     return least * distance > (eye->w ? node->radius : 0);
 }
 
+/* Everything below is far apart in memory, and most of the time would go by waiting for it: what a family
+ * of leaves needs is asked for before any of it is used. */
+
+typedef struct family {
+    uint32_t leaf[SS_SILHOUETTE_FAN];
+    uint32_t count;
+} family;
+
+static size_t leaf_end(const finder *f, size_t leaf) {
+    const size_t end = (leaf + 1) * SS_SILHOUETTE_LEAF, all = f->tree->balanced_count;
+    return end < all ? end : all;
+}
+
+static void ask_planes(const finder *f, size_t leaf) {
+    for (size_t j = leaf * SS_SILHOUETTE_LEAF; j < leaf_end(f, leaf); j++) {
+        const uint32_t *faces = f->tree->faces[j];
+        if (faces[0] == SS_NO_TRIANGLE) continue;
+        __builtin_prefetch(&f->tree->planes[faces[0]]);
+        __builtin_prefetch(&f->tree->planes[faces[1]]);
+    }
+}
+
+/* An edge, and twice the sign of the face that runs along it where that is one of two; 0: to be tested. */
+typedef struct candidate {
+    uint32_t edge;
+    int32_t sum;
+} candidate;
+
+/* The edges of a leaf that are not settled by two faces of the same sign. */
+static size_t unsettled(const finder *f, size_t leaf, candidate *out) {
+    size_t n = 0;
+    for (size_t j = leaf * SS_SILHOUETTE_LEAF; j < leaf_end(f, leaf); j++) {
+        const uint32_t *faces = f->tree->faces[j], e = f->tree->balanced[j];
+        const int sign = faces[0] == SS_NO_TRIANGLE ? 0 : sign_of(f, faces[0]);
+        if (sign != 0 && sign == sign_of(f, faces[1])) continue;
+        __builtin_prefetch(&f->topology->edges[e]);
+        out[n++] = (candidate){e, 2 * sign};
+    }
+    return n;
+}
+
+static bool test_family(const finder *f, const family *leaves, ss_silhouette *list, size_t *room) {
+    candidate edges[SS_SILHOUETTE_FAN * SS_SILHOUETTE_LEAF];
+    size_t n = 0;
+    for (uint32_t i = 0; i < leaves->count; i++) ask_planes(f, leaves->leaf[i]);
+    for (uint32_t i = 0; i < leaves->count; i++) n += unsettled(f, leaves->leaf[i], edges + n);
+    for (size_t i = 0; i < n; i++) {
+        const candidate *c = &edges[i];
+        const bool fine = c->sum ? append_edge(f, c->edge, c->sum, list, room)
+                                 : test_edge(f, c->edge, list, room);
+        if (!fine) return false;
+    }
+    return true;
+}
+
+/* Of the leaves first .. end - 1 those that may hold a silhouette. */
+static void find_family(const finder *f, size_t first, size_t end, family *out) {
+    const ss_silhouette_tree *tree = f->tree;
+    out->count = 0;
+    for (size_t j = first; j < end; j++) {
+        if (uniform(&tree->node[0][j], &f->eye)) continue;
+        __builtin_prefetch(tree->faces[j * SS_SILHOUETTE_LEAF]);
+        __builtin_prefetch(tree->faces[j * SS_SILHOUETTE_LEAF + SS_SILHOUETTE_LEAF / 2]);
+        __builtin_prefetch(&tree->balanced[j * SS_SILHOUETTE_LEAF]);
+        out->leaf[out->count++] = (uint32_t)j;
+    }
+}
+
 static softshadow_status walk(const finder *f, uint32_t level, size_t i, ss_silhouette *list,
                               size_t *room) {
     const ss_silhouette_tree *tree = f->tree;
-    if (uniform(&tree->node[level][i], &f->eye)) return SOFTSHADOW_OK;
-    const size_t fan = level ? SS_SILHOUETTE_FAN : SS_SILHOUETTE_LEAF;
-    const size_t all = level ? tree->count[level - 1] : tree->balanced_count;
-    const size_t end = (i + 1) * fan < all ? (i + 1) * fan : all;
-    for (size_t j = i * fan; j < end; j++) {
-        if (level) {
-            const softshadow_status status = walk(f, level - 1, j, list, room);
-            if (status) return status;
-        } else if (settled(f, tree->faces[j])) {
-            continue;
-        } else if (!test_edge(f, tree->balanced[j], list, room)) {
-            return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", *room);
-        }
+    const size_t fan = SS_SILHOUETTE_FAN, all = level ? tree->count[level - 1] : i + 1;
+    const size_t first = level ? i * fan : i, end = first + fan < all ? first + fan : all;
+    softshadow_status status = SOFTSHADOW_OK;
+    family leaves;
+    if (level && uniform(&tree->node[level][i], &f->eye)) return SOFTSHADOW_OK;
+    for (size_t j = first; j < end && level > 1 && !status; j++) {
+        status = walk(f, level - 1, j, list, room);
     }
-    return SOFTSHADOW_OK;
+    if (level > 1) return status;
+    find_family(f, first, end, &leaves);
+    if (test_family(f, &leaves, list, room)) return SOFTSHADOW_OK;
+    return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", *room);
 }
 
 static softshadow_status find_parts(void *ctx, uint64_t begin, uint64_t end) {
@@ -166,23 +237,18 @@ softshadow_status ss_silhouette_find(ss_silhouette *out, const ss_silhouette_tre
                                      const ss_world *world, const ss_topology *topology,
                                      const ss_eye *eye, ss_pool *pool) {
     *out = (ss_silhouette){0};
-    finder f = {.tree = tree, .world = world, .topology = topology, .eye = *eye};
+    finder f = {.tree = tree, .world = world, .topology = topology, .eye = *eye, .doubt = doubt_of(eye)};
     f.top = tree->levels ? tree->levels - 1 : 0;
     while (f.top > 0 && tree->count[f.top] < TASKS) f.top--;
     const size_t tasks = tree->levels ? tree->count[f.top] : 0;
-    f.sign = ss_alloc(world->triangle_count, sizeof *f.sign);
     f.parts = ss_alloc(tasks + 1, sizeof *f.parts);
     softshadow_status status = SOFTSHADOW_OK;
-    if (!f.sign || !f.parts) {
-        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for the faces of %zu triangles",
-                         world->triangle_count);
-    }
+    if (!f.parts) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for silhouettes");
     if (!status) status = ss_parallel_for(pool, tasks, 1, find_parts, &f);
     if (!status) status = find_free(&f, &f.parts[tasks]);
     if (!status) status = join(out, f.parts, tasks + 1);
     for (size_t i = 0; f.parts && i <= tasks; i++) ss_free(f.parts[i].edges);
     ss_free(f.parts);
-    ss_free((void *)f.sign);
     return status;
 }
 

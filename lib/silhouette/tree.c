@@ -15,15 +15,15 @@
 #include "base/vec.h"
 
 #define GRAIN 8192
-/* A face thinner than this (area over longest edge squared) has no normal that floats can hold. */
-#define THIN 1e-9
+/* A face thinner than this (area over longest edge squared) has no normal that floats can hold: the
+ * cross product's rounding, 4e-16 of the square, would be as much as theirs. */
+#define THIN 1e-7
 
 typedef struct builder {
     ss_silhouette_tree *tree;
     const ss_world *world;
     const ss_topology *topology;
     ss_pool *pool;
-    float *normals; /* per triangle, unit; 0 0 0: thin */
     uint32_t *keys; /* per balanced edge */
 } builder;
 
@@ -31,7 +31,7 @@ static void corner(const ss_world *world, size_t i, double out[3]) {
     for (int k = 0; k < 3; k++) out[k] = world->vertices[3 * (size_t)world->indices[i] + (size_t)k];
 }
 
-static softshadow_status find_normals(void *ctx, uint64_t begin, uint64_t end) {
+static softshadow_status find_planes(void *ctx, uint64_t begin, uint64_t end) {
     const builder *b = ctx;
     for (uint64_t t = begin; t < end; t++) {
         double v[3][3], e[3], f[3], g[3], n[3];
@@ -40,7 +40,13 @@ static softshadow_status find_normals(void *ctx, uint64_t begin, uint64_t end) {
         ss_cross(e, f, n);
         const double longest = fmax(ss_dot(e, e), fmax(ss_dot(f, f), ss_dot(g, g)));
         const bool thin = !(ss_length(n) > THIN * longest) || !ss_normalize(n);
-        for (int k = 0; k < 3; k++) b->normals[3 * t + (size_t)k] = thin ? 0 : (float)n[k];
+        ss_silhouette_plane *plane = &b->tree->planes[t];
+        double offset = 0; /* of the normal as it is kept */
+        for (int k = 0; k < 3; k++) {
+            plane->normal[k] = thin ? 0 : (float)n[k];
+            offset += (double)plane->normal[k] * v[0][k];
+        }
+        plane->offset = (float)offset;
     }
     return SOFTSHADOW_OK;
 }
@@ -59,8 +65,9 @@ static softshadow_status split_edges(builder *b) {
     tree->balanced = ss_alloc(topology->edge_count, sizeof *tree->balanced);
     tree->free_edges = ss_alloc(topology->edge_count, sizeof *tree->free_edges);
     b->keys = ss_alloc(topology->edge_count, sizeof *b->keys);
-    b->normals = ss_alloc(3 * topology->triangle_count, sizeof *b->normals);
-    if (!tree->balanced || !tree->free_edges || !b->keys || !b->normals) {
+    tree->triangle_count = topology->triangle_count;
+    tree->planes = ss_alloc(topology->triangle_count, sizeof *tree->planes);
+    if (!tree->balanced || !tree->free_edges || !b->keys || !tree->planes) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for the silhouettes of %zu edges",
                        topology->edge_count);
     }
@@ -84,7 +91,7 @@ static softshadow_status find_keys(void *ctx, uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; i++) {
         const ss_edge *edge = &b->topology->edges[b->tree->balanced[i]];
         const float *p = b->world->vertices + 3 * (size_t)edge->vertex[0];
-        const float *n = b->normals + 3 * (size_t)ss_use_triangle(b->topology->uses[edge->first_use]);
+        const float *n = b->tree->planes[ss_use_triangle(b->topology->uses[edge->first_use])].normal;
         uint32_t key = 0;
         for (int k = 0; k < 3; k++) {
             key |= spread((uint32_t)((p[k] + 1) * 255.99f)) << k;
@@ -188,7 +195,7 @@ static void make_leaf(const builder *b, size_t leaf) {
                 take_point(&g, (double[3]){v[0], v[1], v[2]}, (double[3]){v[0], v[1], v[2]});
             }
             for (uint32_t u = edge[0].first_use; u < edge[1].first_use; u++) {
-                const float *f = b->normals + 3 * (size_t)ss_use_triangle(b->topology->uses[u]);
+                const float *f = b->tree->planes[ss_use_triangle(b->topology->uses[u])].normal;
                 const double n[3] = {f[0], f[1], f[2]};
                 if (pass == 1) cosine = fmin(cosine, dot(g.axis, n));
                 else if (dot(n, n) > 0) ss_add_scaled(g.axis, 1, n, g.axis);
@@ -256,12 +263,12 @@ softshadow_status ss_silhouette_tree_build(ss_silhouette_tree **out, const ss_wo
     b.tree = ss_alloc(1, sizeof *b.tree);
     if (!b.tree) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for silhouettes");
     softshadow_status status = split_edges(&b);
-    if (!status) status = ss_parallel_for(pool, topology->triangle_count, GRAIN, find_normals, &b);
+    if (!status) status = ss_parallel_for(pool, topology->triangle_count, GRAIN, find_planes, &b);
     if (!status) status = ss_parallel_for(pool, b.tree->balanced_count, GRAIN, find_keys, &b);
     if (!status) status = sort_edges(&b);
     if (!status) status = find_faces(&b);
     if (!status) status = make_levels(&b);
-    ss_free(b.normals), ss_free(b.keys);
+    ss_free(b.keys);
     if (status) ss_silhouette_tree_destroy(b.tree);
     else *out = b.tree;
     return status;
@@ -270,12 +277,13 @@ softshadow_status ss_silhouette_tree_build(ss_silhouette_tree **out, const ss_wo
 void ss_silhouette_tree_destroy(ss_silhouette_tree *tree) {
     if (!tree) return;
     for (int i = 0; i < SS_SILHOUETTE_LEVELS; i++) ss_free(tree->node[i]);
-    ss_free(tree->balanced), ss_free(tree->faces), ss_free(tree->free_edges);
+    ss_free(tree->balanced), ss_free(tree->faces), ss_free(tree->free_edges), ss_free(tree->planes);
     ss_free(tree);
 }
 
 size_t ss_silhouette_tree_bytes(const ss_silhouette_tree *tree) {
     size_t bytes = sizeof *tree + (3 * tree->balanced_count + tree->free_count) * sizeof(uint32_t);
+    bytes += tree->triangle_count * sizeof *tree->planes;
     for (uint32_t i = 0; i < tree->levels; i++) bytes += tree->count[i] * sizeof(ss_silhouette_node);
     return bytes;
 }

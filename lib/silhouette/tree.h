@@ -16,7 +16,15 @@ typedef struct ss_silhouette_node {
     float cosine, sine; /* of the angle */
 } ss_silhouette_node;
 
+/* A face's plane: what is at x lies before it where normal . x > offset. */
+typedef struct ss_silhouette_plane {
+    float normal[3]; /* unit, or 0 0 0 where the face is too thin to have one */
+    float offset;
+} ss_silhouette_plane;
+
 struct ss_silhouette_tree {
+    ss_silhouette_plane *planes; /* of all triangles, good to a few units in the last place */
+    size_t triangle_count;
     uint32_t *balanced; /* edges whose uses cancel, in the order of the leaves */
     uint32_t (*faces)[2]; /* their two faces, so that most walks never touch the edge table; the one
                              used in the edge's own direction first; SS_NO_TRIANGLE: more than two */
