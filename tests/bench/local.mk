@@ -21,7 +21,6 @@ bench: all
 	./softshadow bench $(BENCH_FLAGS) --csv $(BENCH_DIR)/matrix.csv --json $(BENCH_DIR)/matrix.json
 	./softshadow bench $(BENCH_FLAGS) $(BENCH_SWEEPS) --csv $(BENCH_DIR)/sweep.csv
 	./softshadow bench $(BENCH_PICTURES) --pictures $(BENCH_DIR)/pictures --csv $(BENCH_DIR)/pictures.csv
-	./softshadow bench --peer $(BENCH_FLAGS) --csv $(BENCH_DIR)/results.csv --times $(BENCH_DIR)/times.csv
 	$(PYTHON) $(srcdir)/%D%/report.py $(BENCH_DIR)
 # Whether ratios or errors are worse than results.csv says: minutes, and no part of make check.
 bench-check: all

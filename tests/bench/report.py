@@ -3,7 +3,7 @@
 
     tests/bench/report.py FOLDER
 
-FOLDER holds matrix.csv and, if they were made, sweep.csv, results.csv, pictures.csv and pictures/. It
+FOLDER holds matrix.csv and, if they were made, sweep.csv, pictures.csv and pictures/. It
 gets report.html, which needs nothing but itself, and plots/. Needs gnuplot; else the standard library."""
 import base64
 import csv
@@ -107,16 +107,20 @@ def at_error(rows, error):
     return None
 
 
+def peer_at(rows, error):
+    """The time that the better of Embree's two ways takes to an error."""
+    times = [at_error([r for r in rows if r["method"] == peer], error) for peer in ("peer", "peer adaptive")]
+    return min((t for t in times if t), default=None)
+
+
 def against_peer(rows):
-    """How many times longer Embree takes than auto at auto's error, for the tolerance in the middle."""
-    automatic = [r for r in rows if r["method"] == "auto" and r["backend"] == "cpu"]
+    """Embree's time over auto's at auto's error, for the tolerance in the middle."""
+    automatic = [r for r in rows if r["method"] == "auto"]
     if not automatic:
         return None
     row = automatic[len(automatic) // 2]
-    times = [at_error([r for r in rows if r["method"] == peer], float(row["penumbra_rms"]))
-             for peer in ("peer", "peer adaptive")]
-    times = [t for t in times if t]
-    return min(times) / float(row["ns_a_point"]) if times else None
+    theirs = peer_at(rows, float(row["penumbra_rms"]))
+    return theirs / float(row["ns_a_point"]) if theirs else None
 
 
 def verdicts(matrix):
@@ -252,12 +256,19 @@ def growths(sweep, folder):
     return "".join(out)
 
 
-def ratio_table(ratios):
-    rows = [[of_cell((r["scene"], r["light"], r["points"]), r), r["method"], r["tolerance"], r["ratio"],
-             r["ratio_is"], r["penumbra_rms"], r["max"], r["lit_ratio"], r["build_ratio"]]
-            for r in ratios]
-    return table(["scene, light", "method", "at error", "Embree's time over ours", "how found", "our RMS error",
-                  "largest", "lit points", "our first build over its"], rows)
+def ratio_table(matrix):
+    """Times at the errors that auto was asked for; auto's own where it keeps what was asked."""
+    rows = []
+    for key, own in cells(matrix).items():
+        exact = [r for r in own if r["method"] == "exact" and r["backend"] == "cpu"]
+        for row in (r for r in own if r["method"] == "auto"):
+            error = 1 / float(row["setting"].split("/")[1])
+            auto = float(row["ns_a_point"]) if float(row["penumbra_rms"]) <= error else None
+            ours, theirs = at_error(exact, error), peer_at(own, error)
+            ratios = ["%.2f" % (theirs / t) if theirs and t else "–" for t in (auto, ours)]
+            rows.append([of_cell(key, row), row["setting"]]
+                        + [duration(t) if t else "not reached" for t in (theirs, auto, ours)] + ratios)
+    return table(["scene, light", "at error", "Embree", "auto", "exact", "Embree over auto", "Embree over exact"], rows)
 
 
 def processor():
@@ -271,7 +282,7 @@ def processor():
 
 HOW = """<p>Times are of one thread's processor time (on a GPU wall time), medians of turns in which everything
 that errs at most 1/64 runs once after the other, so that other work on the machine meets all alike; what errs more
-is timed by itself. Only ratios carry over to other machines. Errors are taken at points of the camera's picture
+is timed by itself; of several threads the least of seven wall times. Only ratios carry over to other machines. Errors are taken at points of the camera's picture
 against a truth that neither side made: brute force in double where the triangles are few, else rays of another
 sequence; the difference of its two halves tells the truth's own error. <em>In penumbra</em> counts the points that
 see a part of the light and not all of it. <em>Exact</em> is the share of points within 1/512, which no 8-bit picture
@@ -282,7 +293,7 @@ same work differ by up to 10 %, so <em>auto</em> is called behind from there on.
 
 def page(folder):
     matrix, sweep = read(folder, "matrix.csv"), read(folder, "sweep.csv")
-    ratios, shown = read(folder, "results.csv"), read(folder, "pictures.csv")
+    shown = read(folder, "pictures.csv")
     if not matrix:
         sys.exit("%s/matrix.csv: has no rows; softshadow bench --csv writes it" % folder)
     target = os.path.join(folder, "plots")
@@ -293,10 +304,11 @@ def page(folder):
              ("auto", "Is auto on the front?",
               "<p>The default method must take no longer than anything else that errs as little, wherever it errs at "
               "most 1/64.</p>" + front_table(matrix))]
-    if ratios:
+    if any(row["method"] == "auto" for row in matrix) and any(row["backend"] == "embree" for row in matrix):
         parts.append(("ratios", "Embree at equal error",
-                      "<p>How many times longer the best of Embree's ways takes, both interpolated to the same RMS error "
-                      "over points in penumbra.</p>" + ratio_table(ratios)))
+                      "<p>Times at which each first errs no more than asked, between its counts as straight lines of "
+                      "logarithms. Where the cheapest way of one is better than asked, that one's time stands.</p>"
+                      + ratio_table(matrix)))
     if shown:
         parts.append(("pictures", "Where the errors are",
                       "<p>Each pixel's error by its square root, so that a small one is seen beside a large one; grey is "
