@@ -15,6 +15,20 @@ static const char *bound_name(uint32_t kind) {
     return kind < sizeof bounds / sizeof *bounds ? bounds[kind] : "unknown";
 }
 
+static const struct {
+    uint32_t backend;
+    const char *name;
+} backends[] = {{SOFTSHADOW_CPU, "cpu"}, {SOFTSHADOW_EGL, "egl"}};
+
+static void backends_list(cli_text *out, uint32_t bits, const char *between, const char *quote) {
+    bool first = true;
+    for (size_t i = 0; i < sizeof backends / sizeof *backends; i++) {
+        if (!(bits >> backends[i].backend & 1)) continue;
+        cli_text_printf(out, "%s%s%s%s", first ? "" : between, quote, backends[i].name, quote);
+        first = false;
+    }
+}
+
 static const char *or_empty(const char *text) { return text ? text : ""; }
 
 static void lights_text(cli_text *out, uint32_t bits, const char *otherwise) {
@@ -45,6 +59,8 @@ static void as_text(cli_text *out, const softshadow_method *method) {
         cli_text_printf(out, "\n  approximated  ");
         lights_text(out, method->lights_approximated, "none");
     }
+    cli_text_printf(out, "\n  backends      ");
+    backends_list(out, method->backends, " ", "");
     cli_text_printf(out, "\n  error bound   %s\n", bound_name(method->bound_kind));
     if (*or_empty(method->citation)) cli_text_printf(out, "  after         %s\n", method->citation);
     if (*or_empty(method->notes)) cli_text_printf(out, "  notes         %s\n", method->notes);
@@ -59,7 +75,9 @@ static void as_json(cli_text *out, const softshadow_method *method) {
     lights_json(out, "lights_native", method->lights_native);
     cli_text_printf(out, ", ");
     lights_json(out, "lights_approximated", method->lights_approximated);
-    cli_text_printf(out, ", \"bound\": \"%s\", \"citation\": ", bound_name(method->bound_kind));
+    cli_text_printf(out, ", \"backends\": [");
+    backends_list(out, method->backends, ", ", "\"");
+    cli_text_printf(out, "], \"bound\": \"%s\", \"citation\": ", bound_name(method->bound_kind));
     cli_text_json(out, or_empty(method->citation));
     cli_text_printf(out, ", \"notes\": ");
     cli_text_json(out, or_empty(method->notes));
@@ -95,8 +113,8 @@ int cli_methods(int argc, char **argv) {
     const cli_command command = {.name = "methods",
                                  .usage = "[--json]",
                                  .about = "Lists the methods: which lights each takes as they are, "
-                                          "which by a stand-in, what its\n"
-                                          "error bound means, and the paper it is after.",
+                                          "which by a stand-in, where\n"
+                                          "it runs, what its error bound means, and the paper it is after.",
                                  .tables = {own}};
     char **operands;
     int count, status;

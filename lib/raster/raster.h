@@ -85,8 +85,9 @@ typedef struct ss_raster_question {
     uint32_t tables;
     /* A point may take very many steps, more than some devices run in one go. The text defines
      *   bool advance(vec3 look, uint face, inout uvec4 at)
-     * instead, which goes on from `at`, at first all 0, and adds to `steps` how often its loops go round.
-     * From most_steps on it stops: false. true: at.x has the bits of the answer. at.x is never ~0. */
+     * instead, which goes on from `at`, at first all 0, and adds to `steps`, each time a loop goes round,
+     * what that may need at most: points run side by side, and wait for each other. From most_steps on it
+     * stops: false. true: at.x has the bits of the answer. at.x is never ~0; two such loops at most. */
     bool parts;
 } ss_raster_question;
 

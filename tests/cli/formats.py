@@ -258,6 +258,10 @@ class Reports(Case):
         for m in listed:
             self.assertIn("\n%s\n" % m["name"], "\n" + out)
             self.assertIn(m["bound"], ("none", "certified", "statistical"))
+            maps = m["bound"] == "none"  # what works from maps runs on a GPU, too
+            self.assertEqual(m["backends"], ["cpu", "egl"] if maps else ["cpu"], m["name"])
+            self.assertEqual(out.count("  backends      %s\n" % " ".join(m["backends"])),
+                             sum(o["backends"] == m["backends"] for o in listed))
             done = self.run_it("query", self.mesh, "--light", LIGHT, "--method", m["name"],
                                "--bounds=-2,-2,-1,2,2,3", stdin=b"0 0 0\n1.9 1.9 0\n")
             if "sphere" in m["lights_native"] + m["lights_approximated"]:

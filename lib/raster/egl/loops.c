@@ -5,9 +5,9 @@
 
 #define MANY 1000000u /* a millisecond or two of one invocation */
 #define SOME 60000u
-/* Of one invocation where there is an end: 16 of them, and as much again for what comes before loops that
- * count their steps. */
-#define FEW 2000u
+/* Where there is an end: what invocations that run together take in two loops one after the other, if
+ * each counts what the slowest may need, and as much as half of one for what comes before. */
+#define FEW 25000u
 
 static const char loop[] = "#version 430\n"
                            "layout(local_size_x = 1) in;\n"
