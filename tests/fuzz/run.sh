@@ -30,9 +30,12 @@ for name in ${FUZZERS:-$fuzzers}; do
     [ ! -d "$root/source/tests/fuzz/corpus/$name" ] || seeds=$root/source/tests/fuzz/corpus/$name
     dict=
     [ ! -e "$root/source/tests/fuzz/${name#fuzz_}.dict" ] || dict=-dict=$root/source/tests/fuzz/${name#fuzz_}.dict
+    # Calls that keep memory look like leaks after each input; whether there are any is seen at the end.
+    how=
+    [ "$name" != fuzz_abi ] || how="-detect_leaks=0 -len_control=0"
     # shellcheck disable=SC2086 # there may be none
     if ./tests/fuzz/"$name" -max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=4096 \
-        -print_final_stats=1 -artifact_prefix="$root/$name-" $dict "$root/$name" $seeds \
+        -print_final_stats=1 -artifact_prefix="$root/$name-" $dict $how "$root/$name" $seeds \
         </dev/null >"$root/$name.log" 2>&1; then
         runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$root/$name.log")
         echo "PASS: $name: $runs inputs in $seconds s"

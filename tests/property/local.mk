@@ -70,10 +70,11 @@ EXTRA_DIST += tests/gpu.h
 %C%_gpu_LDADD = $(PROOF_LIBS)
 endif
 
-# make check-scalar: the same as on a host without AVX2.
+# make check-scalar: as on a host without AVX2. bits is left out: check-bits compares all rungs.
 if HAVE_CMOCKA
-check-scalar: $(proofs) $(map_proofs)
-	@bad=0; for test in $(proofs) $(map_proofs); do \
+scalar_proofs = %D%/closed_forms %D%/relations %D%/inputs %D%/measures %D%/random_scenes %D%/maps
+check-scalar: $(scalar_proofs)
+	@bad=0; for test in $(scalar_proofs); do \
 	  if SOFTSHADOW_CPU=scalar ./$$test >$$test.scalar.log 2>&1; then \
 	    echo "PASS: $$test, scalar"; rm -f $$test.scalar.log; \
 	  else echo "FAIL: $$test, scalar: $$test.scalar.log ends:"; tail -n 20 $$test.scalar.log; bad=1; fi; \
