@@ -125,7 +125,7 @@ void ask_query(softshadow *handle, ask *question) {
     softshadow_points points = ask_points(question->points, question->count);
     points.normals = (const float *)question->normals;
     points.primitives = question->primitives;
-    points.error_bound = question->bound;
+    points.error_bound = question->unbounded ? NULL : question->bound;
     OK(handle, softshadow_query_visibility(handle, &points, question->visibility));
     OK(handle, softshadow_get_stats(handle, &question->stats));
 }

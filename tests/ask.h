@@ -67,6 +67,7 @@ typedef struct ask {
     const float (*normals)[3];
     const uint64_t *primitives;
     float *visibility, *bound; /* allocated by ask_do(); bound: see softshadow_points */
+    bool unbounded;             /* bounds are not asked for */
     softshadow_stats stats;
 } ask;
 

@@ -214,9 +214,8 @@ softshadow_status ss_parallel_for(ss_pool *pool, uint64_t n, uint64_t grain, ss_
 struct ss_progress {
     const softshadow_options *host;
     pthread_mutex_t lock; /* held while the host's callback runs */
-    uint64_t total;
     double told;
-    _Atomic uint64_t done;
+    _Atomic uint64_t total, done;
     _Atomic bool cancelled;
 };
 
@@ -224,7 +223,7 @@ struct ss_progress *ss_progress_create(const softshadow_options *options, uint64
     ss_progress *progress = ss_alloc(1, sizeof *progress);
     if (!progress) return NULL;
     progress->host = options;
-    progress->total = total ? total : 1;
+    atomic_init(&progress->total, total ? total : 1);
     pthread_mutex_init(&progress->lock, NULL);
     return progress;
 }
@@ -235,14 +234,19 @@ void ss_progress_destroy(ss_progress *progress) {
     ss_free(progress);
 }
 
+void ss_progress_expect(ss_progress *progress, uint64_t more) {
+    if (progress) atomic_fetch_add(&progress->total, more);
+}
+
 softshadow_status ss_progress_add(ss_progress *progress, uint64_t done) {
     if (!progress) return SOFTSHADOW_OK;
     const uint64_t sum = atomic_fetch_add(&progress->done, done) + done;
     /* A busy callback is passed over, but the end is always told. */
-    const bool whole = sum >= progress->total;
+    const uint64_t total = atomic_load(&progress->total);
+    const bool whole = sum >= total;
     if (!atomic_load(&progress->cancelled) &&
         (whole ? pthread_mutex_lock : pthread_mutex_trylock)(&progress->lock) == 0) {
-        double share = (double)sum / (double)progress->total;
+        double share = (double)sum / (double)total;
         if (share > 1) share = 1;
         if (share < progress->told) share = progress->told; /* never backwards */
         progress->told = share;

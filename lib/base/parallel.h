@@ -31,6 +31,8 @@ softshadow_status ss_parallel_for(ss_pool *pool, uint64_t n, uint64_t grain, ss_
 typedef struct ss_progress ss_progress;
 struct ss_progress *ss_progress_create(const softshadow_options *options, uint64_t total);
 void ss_progress_destroy(ss_progress *progress);
+/* More is to be done than was thought; NULL progress is fine. */
+void ss_progress_expect(ss_progress *progress, uint64_t more);
 /* Adds done of total; SOFTSHADOW_E_CANCELLED once the host has said stop. NULL progress is fine. */
 softshadow_status ss_progress_add(ss_progress *progress, uint64_t done);
 

@@ -90,6 +90,7 @@ typedef struct ss_group {
      * edge
      * << 1 | side of the faces, all SS_NO_KEY between calls; their sums; the slots in use, and one.
      */
+    uint32_t nodes, leaves, edges; /* looked at by draw() */
     uint32_t *planes, *keys;
     int16_t *sums;
     uint16_t *list;
@@ -116,10 +117,19 @@ typedef struct ss_group_kernel {
     void (*depths)(ss_group *group, double reach);
     /* Fills covered, lit, dark and visible for the lanes asked. */
     void (*draw)(ss_group *group);
+    /* How long draw() would take, in nanoseconds of a common machine, if nothing was ever hidden; gives
+     * up at `most`. Looks at nodes of the tree only. */
+    uint32_t (*weigh)(ss_group *group, uint32_t most);
     /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box;
      * may stop when there is no more room. Reads no lane. */
     void (*survey)(ss_group *group);
 } ss_group_kernel;
+/* Likewise what the last draw() took. Fitted to groups on 871,000 and a million triangles without
+ * levels: a leaf 740 to 1,160 with its faces, a use of an edge 12 to 26; eight in ten groups take .8
+ * to 1.2 times that. */
+static inline uint32_t ss_group_took(const ss_group *group) {
+    return 100 * group->nodes + 800 * group->leaves + 20 * group->edges;
+}
 extern const ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
 /* The one for this machine and SOFTSHADOW_CPU; all give the same bits. */
 const ss_group_kernel *ss_group_kernels_here(void);

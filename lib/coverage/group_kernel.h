@@ -195,29 +195,45 @@ static inline uint32_t sort_children(const ss_group *g, const ss_bvh_node *node,
     return count;
 }
 
-static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
-    ss_group *g = w->g;
+/* Children of a node that may matter: those whose outline stands for them, and the rest. */
+typedef struct choice {
+    uint32_t whole, back, open;
+} choice;
+
+static inline choice choose(const ss_group *g, uint32_t index) {
     const ss_bvh_node *node = &g->slab->bvh->nodes[index];
     const ss_outline_node *o = &g->slab->outline->nodes[index];
     const box b = child_box(node);
     const depths d = depths_of(g, &b);
+    choice c = {0, 0, 0};
     vm inside;
     vm in = m_andnot(m_from((1u << node->count) - 1), out_of_slab(g->slab, &d));
     in = m_and(in, in_shaft(&g->shaft, &b, &inside));
-    if (!m_bits(in)) return 0;
+    if (!m_bits(in)) return c;
     const sides s = child_sides(g, o);
-    in = m_andnot(in, s.hidden);
-    uint32_t open = m_bits(in);
-    const uint32_t one_side = m_bits(m_or(s.front, s.back)), back = m_bits(s.back);
-    const uint32_t whole = open & one_side & o->whole & m_bits(between_planes(g->slab, &d));
-    for (uint32_t m = whole; m; m &= m - 1) {
+    c.open = m_bits(m_andnot(in, s.hidden)), c.back = m_bits(s.back);
+    const uint32_t one_side = m_bits(m_or(s.front, s.back));
+    c.whole = c.open & one_side & o->whole & m_bits(between_planes(g->slab, &d));
+    for (uint32_t m = c.whole & ~m_bits(inside); m; m &= m - 1) {
+        if (o->count[__builtin_ctz(m)] > SMALL) c.whole &= ~(m & -m);
+    }
+    c.open &= ~c.whole;
+    return c;
+}
+
+static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
+    ss_group *g = w->g;
+    const ss_bvh_node *node = &g->slab->bvh->nodes[index];
+    const ss_outline_node *o = &g->slab->outline->nodes[index];
+    const choice c = choose(g, index);
+    g->nodes++;
+    for (uint32_t m = c.whole; m; m &= m - 1) {
         const unsigned i = (unsigned)__builtin_ctz(m);
-        if (o->count[i] > SMALL && !(m_bits(inside) >> i & 1)) continue;
-        whole_child(w, o, i, back >> i & 1);
-        open &= ~(1u << i);
+        whole_child(w, o, i, c.back >> i & 1);
+        g->edges += o->count[i];
     }
     uint32_t sorted[SS_BVH_WIDTH], depth = 0;
-    const uint32_t count = sort_children(g, node, open, sorted);
+    const uint32_t count = sort_children(g, node, c.open, sorted);
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t child = node->child[sorted[i]];
         if (child & SS_BVH_LEAF) continue;
@@ -228,6 +244,7 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
         if (!(child & SS_BVH_LEAF)) continue;
         const uint32_t here = g->marks ? w->open : lanes_of(w, node, sorted[i]);
         if (!here) continue;
+        g->leaves++;
         visit_leaf(w, child & ~SS_BVH_LEAF, o->whole >> sorted[i] & 1, here);
     }
     return depth;
@@ -302,6 +319,7 @@ static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
     walk *w = g->walk;
     w->g = g, w->blocks = blocks, w->words = words, w->row_blocks = blocks / words,
     w->open = g->lanes;
+    g->nodes = g->leaves = g->edges = 0;
     w->planes = 3, w->work = w->uses = w->batch.count = 0;
     w->rows = (float)(w->row_blocks * SS_BLOCK), w->columns = (float)(32 * words);
     for (uint32_t i = 0; i < w->row_blocks * SS_BLOCK; i++) w->row[i] = (float)(i + 1);
@@ -320,6 +338,40 @@ static void draw_group(ss_group *g) {
         run(g, 2, 1);
     else
         run(g, g->lattice->blocks, g->lattice->words);
+}
+
+/* What choose() keeps, all of it; single faces of leaves are not looked at. */
+static uint32_t weigh_group(ss_group *g, uint32_t most) {
+    walk *w = g->walk;
+    uint32_t took = 0;
+    g->nodes = g->leaves = g->edges = 0;
+    w->g = g, w->open = g->lanes;
+    w->rows = (float)(SS_BLOCK * g->lattice->row_blocks);
+    w->columns = (float)(32 * g->lattice->words);
+    set_cones(w);
+    for (uint32_t i = g->slab_count; i-- > 0 && took < most;) {
+        uint32_t stack[SS_BVH_STACK], depth = 0;
+        g->slab = &g->slabs[i];
+        stack[depth++] = 0;
+        while (depth && took < most) {
+            const uint32_t index = stack[--depth];
+            const ss_bvh_node *node = &g->slab->bvh->nodes[index];
+            const choice c = choose(g, index);
+            g->nodes++;
+            for (uint32_t m = c.whole; m; m &= m - 1)
+                g->edges += g->slab->outline->nodes[index].count[__builtin_ctz(m)];
+            for (uint32_t m = c.open; m; m &= m - 1) {
+                const uint32_t at = (uint32_t)__builtin_ctz(m), child = node->child[at];
+                if (!lanes_of(w, node, at)) continue;
+                if (child & SS_BVH_LEAF)
+                    g->leaves++;
+                else
+                    stack[depth++] = child;
+            }
+            took = ss_group_took(g);
+        }
+    }
+    return took;
 }
 
 static void survey_group(ss_group *g) {
@@ -353,4 +405,5 @@ static void survey_group(ss_group *g) {
     }
 }
 
-const ss_group_kernel GROUP_KERNEL = {view_light, enclose_depths, draw_group, survey_group};
+const ss_group_kernel GROUP_KERNEL = {view_light, enclose_depths, draw_group, weigh_group,
+                                      survey_group};

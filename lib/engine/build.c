@@ -20,6 +20,7 @@ static void free_states(ss_built *built) {
     for (uint32_t i = 0; i < built->light_count && built->programs; i++) {
         built->plan.raster->unload(built->programs[i]);
     }
+    ss_engine_drop_tracers(built);
     ss_free(built->programs);
     ss_free(built->states);
     ss_free(built->stages);
@@ -35,7 +36,7 @@ static void free_geometry(ss_built *built) {
     ss_silhouette_tree_destroy(built->silhouettes);
     ss_topology_destroy(built->topology);
     ss_world_destroy(built->world);
-    built->rays = NULL, built->bvh = NULL, built->world = NULL;
+    built->rays = NULL, built->bvh = NULL, built->world = NULL, built->no_rays = false;
     built->silhouettes = NULL, built->topology = NULL;
 }
 
@@ -164,14 +165,13 @@ static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progr
     built->plan = *plan;
     localize_bounds(built->world, &built->plan.params);
     status = build_lights(handle, progress);
-    if (!status) status = ss_progress_add(progress, 1);
     for (uint32_t i = 0; i < built->light_count; i++) built->stages[i].progress = NULL;
     if (!status) count_bytes(built);
-    const struct ss_lod_light *lod;
     for (uint32_t i = 0; i < built->light_count && !status; i++) {
-        status = ss_engine_lend_lod(handle, i, 0, &lod);
+        ss_stage unused = built->stages[i];
+        status = ss_engine_lend(handle, i, 0, progress, &unused);
     }
-    return status;
+    return status ? status : ss_progress_add(progress, 1);
 }
 
 /* What a request that says ANY does when the GPU fails under it. */

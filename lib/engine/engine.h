@@ -32,6 +32,8 @@ typedef struct ss_built {
     struct ss_topology *lod_topology[SS_LEVELS_MOST];
     struct ss_lod_light **lod_lights; /* by light, as they are asked for */
     uint32_t lod_light_count;
+    void **tracers; /* by light: raytrace's states for auto */
+    bool no_rays;   /* Embree cannot be used here: auto does without */
     struct ss_topology *topology;
     struct ss_silhouette_tree *silhouettes;
     ss_light *lights;
@@ -62,13 +64,14 @@ struct softshadow {
 /* Builds what the request needs and is stale. On failure nothing is built. */
 softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request);
 void ss_built_free(ss_built *built);
-/* Coarser scenes for a query of `count` points, where the technique can use them and that many, or
- * those the host told of, repay them: *lod is NULL otherwise. A choice by numbers only, so that a batch
- * always gets the same. */
-softshadow_status ss_engine_lend_lod(softshadow *handle, uint32_t light, size_t count,
-                                     const struct ss_lod_light **lod);
+/* Sets the stage's coarser scenes, or its rays, for a query of `count` points, where the technique can
+ * use them and that many, or those the host told of, repay them. A choice by numbers only, so that a
+ * batch always gets the same. progress: of the call; may be NULL. */
+softshadow_status ss_engine_lend(softshadow *handle, uint32_t light, size_t count,
+                                 ss_progress *progress, ss_stage *stage);
 void ss_engine_drop_lod(ss_built *built);
 void ss_engine_drop_lod_lights(ss_built *built); /* what depends on the lights */
+void ss_engine_drop_tracers(ss_built *built);    /* and on what was asked for */
 size_t ss_engine_lod_bytes(const ss_built *built);
 
 /* Answers a checked batch. */
@@ -81,6 +84,7 @@ typedef struct ss_asked {
     const void *state;
     ss_raster_program *program; /* NULL: asked in C */
     bool any;                   /* in C, too, where the GPU fails */
+    ss_progress *progress;      /* of the call, for its points; NULL: one is made if the host asks */
 } ss_asked;
 /* What was built for one light. */
 ss_asked ss_engine_asked(const softshadow *handle, const ss_stage *stage, uint32_t light);

@@ -142,7 +142,8 @@ static softshadow_status answer(softshadow *handle, const softshadow_points *poi
     const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
     /* As the whole batch would be answered, not the chosen few. */
-    softshadow_status status = ss_engine_lend_lod(handle, points->light, points->count, &stage.lod);
+    softshadow_status status =
+        ss_engine_lend(handle, points->light, points->count, NULL, &stage);
     if (status) return status;
     stage.rows = points->width > 0 && asked.technique->finish;
     if (!stage.rows) return ss_engine_ask(handle, &asked, &c->points, c->answer, &totals);

@@ -1,15 +1,22 @@
-/* Coarser scenes: made when enough points are known to come, then lent to whatever is asked. */
+/* What auto works with beside the casters, made when enough points are known to come, then lent to
+ * whatever is asked: coarser scenes, and rays where there are none. */
 #include "base/status.h"
 #include "engine/engine.h"
+#include "technique/raytrace.h"
 #include "topology/levels.h"
 #include "topology/topology.h"
 #include "trace/lod.h"
+#include "trace/rays.h"
 
 /* Levels take some 3 us a triangle to make, and save the more the denser a mesh is: measured, .7 us
  * a point of 70,000 triangles and 12 us of 870,000. Either way they are repaid by a quarter of a
  * million points; where little is dense there is nothing to save. */
 #define LEAST_POINTS    ((uint64_t)1 << 18)
 #define LEAST_TRIANGLES 8192
+/* Embree's tree takes .7 us a triangle, and rays save time on the densest meshes only: measured on
+ * 871,000 triangles without levels, 128 x 128 points, three fifths of it. */
+#define TRACED_TRIANGLES ((size_t)1 << 18)
+#define TRACED_SHARE     32 /* triangles a point that repays the tree */
 
 void ss_engine_drop_lod_lights(ss_built *built) {
     for (uint32_t i = 0; i < built->lod_light_count; i++)
@@ -39,10 +46,19 @@ size_t ss_engine_lod_bytes(const ss_built *built) {
     return bytes;
 }
 
-static softshadow_status make_levels(softshadow *handle) {
+void ss_engine_drop_tracers(ss_built *built) {
+    for (uint32_t i = 0; i < built->light_count && built->tracers; i++) {
+        if (built->tracers[i]) ss_raytrace.destroy(built->tracers[i]);
+    }
+    ss_free(built->tracers);
+    built->tracers = NULL;
+}
+
+static softshadow_status make_levels(softshadow *handle, ss_progress *progress) {
     ss_built *built = &handle->built;
     ss_levels *levels;
-    softshadow_status status = ss_levels_build(built->world, handle->pool, NULL, &levels);
+    ss_progress_expect(progress, built->world->triangle_count);
+    softshadow_status status = ss_levels_build(built->world, handle->pool, progress, &levels);
     if (status) return status;
     status = ss_lod_create(&built->lod, built->world, levels, handle->pool);
     ss_levels_destroy(levels);
@@ -70,37 +86,84 @@ static softshadow_status make_light(softshadow *handle, uint32_t light) {
                                &built->lights[light], handle->pool);
 }
 
-static softshadow_status make(softshadow *handle, uint32_t light) {
+static void add_bytes(ss_built *built, size_t bytes) {
+    built->bytes += bytes;
+    if (built->bytes > built->peak_bytes) built->peak_bytes = built->bytes;
+}
+
+static softshadow_status make(softshadow *handle, uint32_t light, ss_progress *progress) {
     ss_built *built = &handle->built;
     const size_t before = ss_engine_lod_bytes(built);
-    softshadow_status status = built->lod ? SOFTSHADOW_OK : make_levels(handle);
+    softshadow_status status = built->lod ? SOFTSHADOW_OK : make_levels(handle, progress);
     if (!status && built->lod->count) status = make_light(handle, light);
-    built->bytes += ss_engine_lod_bytes(built) - before;
-    if (built->bytes > built->peak_bytes) built->peak_bytes = built->bytes;
+    add_bytes(built, ss_engine_lod_bytes(built) - before);
     return status;
 }
 
+/* Where Embree is not installed or may not be used auto has to do without. */
+static softshadow_status make_rays(softshadow *handle) {
+    ss_built *built = &handle->built;
+    const softshadow_status status = ss_rays_create(&built->rays, built->world, handle->pool);
+    built->no_rays = status == SOFTSHADOW_E_UNSUPPORTED || status == SOFTSHADOW_E_BACKEND;
+    if (!status) add_bytes(built, ss_rays_bytes(built->rays));
+    if (!built->no_rays) return status;
+    ss_message_clear();
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status make_tracer(softshadow *handle, uint32_t light, ss_stage *stage) {
+    ss_built *built = &handle->built;
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!built->rays && !built->no_rays) status = make_rays(handle);
+    if (status || built->no_rays) return status;
+    if (!built->tracers) built->tracers = ss_alloc(built->light_count, sizeof *built->tracers);
+    if (!built->tracers) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+    if (!built->tracers[light]) {
+        status = ss_raytrace_prepare_auto(&built->stages[light], &built->tracers[light]);
+        if (status) return status;
+        add_bytes(built, ss_raytrace.bytes(built->tracers[light]));
+    }
+    stage->rays = built->rays, stage->tracer = built->tracers[light];
+    return SOFTSHADOW_OK;
+}
+
 /* Holes of a texture are looked up triangle by triangle, and a coarser mesh has other triangles. */
-static bool repaid(const ss_built *built, uint64_t points) {
+static bool levels_are_repaid(const ss_built *built, uint64_t points) {
     if (!(built->plan.needs & SS_NEEDS_LOD) || built->world->any_opacity) return false;
     return points >= LEAST_POINTS && ss_levels_work(built->world) >= LEAST_TRIANGLES;
 }
 
-softshadow_status ss_engine_lend_lod(softshadow *handle, uint32_t light, size_t count,
-                                     const struct ss_lod_light **lod) {
+static bool rays_are_repaid(const ss_built *built, uint64_t points) {
+    const size_t triangles = built->world->triangle_count;
+    if (!(built->plan.needs & SS_NEEDS_LOD) || triangles < TRACED_TRIANGLES) return false;
+    return points >= triangles / TRACED_SHARE;
+}
+
+static softshadow_status lend(softshadow *handle, uint32_t light, uint64_t points,
+                              ss_progress *progress, ss_stage *stage) {
     ss_built *built = &handle->built;
-    const uint64_t ahead = built->plan.params.points_ahead;
     softshadow_status status = SOFTSHADOW_OK;
-    *lod = NULL;
-    if (!repaid(built, count > ahead ? count : ahead)) return SOFTSHADOW_OK;
+    if (levels_are_repaid(built, points)) status = make(handle, light, progress);
+    if (status) return status;
+    if (levels_are_repaid(built, points) && built->lod_lights)
+        stage->lod = built->lod_lights[light];
+    if (!stage->lod && rays_are_repaid(built, points)) status = make_tracer(handle, light, stage);
+    return status;
+}
+
+softshadow_status ss_engine_lend(softshadow *handle, uint32_t light, size_t count,
+                                 ss_progress *progress, ss_stage *stage) {
+    const ss_built *built = &handle->built;
+    const uint64_t ahead = built->plan.params.points_ahead, points = count > ahead ? count : ahead;
+    stage->lod = NULL, stage->tracer = NULL;
+    if (!levels_are_repaid(built, points) && !rays_are_repaid(built, points)) return SOFTSHADOW_OK;
     pthread_mutex_lock(&handle->lod_lock);
     /* While a host's scheduler waits for a loop it may run other work of the host's on this thread,
      * which would wait for this lock. */
     const bool before = ss_parallel_alone(true);
     if (!handle->options.parallel) ss_parallel_alone(before);
-    status = make(handle, light);
+    const softshadow_status status = lend(handle, light, points, progress, stage);
     ss_parallel_alone(before);
-    if (!status && built->lod_lights) *lod = built->lod_lights[light];
     pthread_mutex_unlock(&handle->lod_lock);
     return status;
 }

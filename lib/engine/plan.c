@@ -57,8 +57,8 @@ static softshadow_status check_request(const softshadow_build *request) {
 }
 
 /* What "auto" stands for: the noise-free engine at as many samples as the tolerance needs, with
- * coarser levels of dense meshes where they are repaid (SS_NEEDS_LOD). Rays are faster where much
- * error is allowed, and where a very dense mesh is asked for few points; nothing chooses them yet. */
+ * coarser levels of dense meshes where they are repaid (SS_NEEDS_LOD), and where they are not with
+ * rays for those groups of points that rays answer faster. */
 #define AUTO "exact"
 /* The worst scene measured, foliage under a light of its own size, has an RMS error of .0111 at 256
  * samples, .0044 at 1024 and .0017 at 4096 (softshadow bench --scenes leaves-2k --lights object);
@@ -93,7 +93,7 @@ bool ss_plan_method(uint32_t index, softshadow_method *method) {
     method->name = "auto";
     method->title = "What meets the tolerance asked for in the least time (the default)";
     method->notes = "samples as the tolerance needs; coarser levels of dense meshes where they repay "
-                    "their making";
+                    "their making, else rays for what takes longer, unless bounds are asked for";
     return true;
 }
 

@@ -408,6 +408,15 @@ static softshadow_status finish_image(batch *b) {
     return asked->technique->finish(&spared, asked->state, &image, b->handle->pool, counts);
 }
 
+/* None, if the host does not ask for any. */
+static softshadow_status make_progress(const softshadow *handle, uint64_t total,
+                                       ss_progress **out) {
+    *out = NULL;
+    if (!handle->options.progress) return SOFTSHADOW_OK;
+    *out = ss_progress_create(&handle->options, total);
+    return *out ? SOFTSHADOW_OK : ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+}
+
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                                 const softshadow_points *points, float *visibility,
                                 ss_totals *totals) {
@@ -420,10 +429,9 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
-    if (handle->options.progress) {
-        b.progress = ss_progress_create(&handle->options, points->count);
-        if (!b.progress) status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
-    }
+    ss_progress *own = NULL;
+    b.progress = asked->progress;
+    if (!b.progress) status = make_progress(handle, points->count, &own), b.progress = own;
     pthread_mutex_init(&b.lock, NULL);
     while (!status && b.first < points->count) {
         b.count = points->count - b.first < BLOCK ? points->count - b.first : BLOCK;
@@ -433,7 +441,7 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
     }
     if (!status && asked->stage->rows) status = finish_image(&b);
     pthread_mutex_destroy(&b.lock);
-    ss_progress_destroy(b.progress);
+    ss_progress_destroy(own);
     give_scratch(handle, scratch);
     totals->points += points->count;
     return status;
@@ -478,11 +486,14 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     const double start = ss_clock();
     const ss_built *built = &handle->built;
     ss_stage stage = built->stages[points->light];
-    const ss_asked asked = ss_engine_asked(handle, &stage, points->light);
+    ss_asked asked = ss_engine_asked(handle, &stage, points->light);
     ss_totals totals = {0};
     stage.rows = points->width > 0 && asked.technique->finish;
-    softshadow_status status = ss_engine_lend_lod(handle, points->light, points->count, &stage.lod);
+    softshadow_status status = make_progress(handle, points->count, &asked.progress);
+    if (!status)
+        status = ss_engine_lend(handle, points->light, points->count, asked.progress, &stage);
     if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
+    ss_progress_destroy(asked.progress);
     totals.query_seconds = ss_clock() - start;
     if (!status) add_totals(handle, &totals);
     return status;

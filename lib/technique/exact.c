@@ -15,6 +15,7 @@
 #include "coverage/slab.h"
 #include "coverage/view.h"
 #include "technique/exact_parts.h"
+#include "technique/raytrace.h"
 
 /* ---- a point's view of the light
  * ---------------------------------------------------------------*/
@@ -210,9 +211,9 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
     return SOFTSHADOW_OK;
 }
 
-/* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. The group is
- * enclosed already. */
-static softshadow_status draw(scratch *s, double reach) {
+/* Finds how far along the segments of the group's lanes what scene counts. The group is enclosed
+ * already. */
+static void set_depths(scratch *s, double reach) {
     ss_group *g = s->group;
     s->state->kernel->depths(g, reach);
     const double strays = ss_group_set_slabs(g, s->stage->lod, s->stray);
@@ -220,6 +221,11 @@ static softshadow_status draw(scratch *s, double reach) {
         ss_group_widen(g, strays);
         g->slab_count = 1, g->slabs[0].t_until = INFINITY;
     }
+}
+
+/* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
+static softshadow_status draw(scratch *s) {
+    ss_group *g = s->group;
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel->draw(g);
@@ -230,12 +236,12 @@ static softshadow_status draw(scratch *s, double reach) {
 }
 
 /* Draws the group's lanes and answers those for which its samples are enough. Gives the others. */
-static softshadow_status answer_drawn(scratch *s, const ss_point *points, double reach, float *out,
+static softshadow_status answer_drawn(scratch *s, const ss_point *points, float *out,
                                       uint32_t *others) {
     ss_group *g = s->group;
     const bool last = g->lattice == s->state->samples;
     *others = 0;
-    const softshadow_status status = draw(s, reach);
+    const softshadow_status status = draw(s);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
@@ -253,12 +259,44 @@ static softshadow_status answer_drawn(scratch *s, const ss_point *points, double
     return SOFTSHADOW_OK;
 }
 
-/* Where most groups of this range have needed all samples, foliage for one, the next will. */
+/* Where most groups of this range have needed all samples, foliage for one, the next will. Where it
+ * is the walk that takes time, samples take little, and a second walk takes as much again. */
+#define LONG 100000 /* ns */
 static const ss_lattice *first_samples(scratch *s) {
-    const bool vain = s->failed > 2 && 2 * s->failed > s->tried;
+    const bool vain = (s->failed > 2 && 2 * s->failed > s->tried) || s->last > LONG;
     if (!s->state->few || vain) return s->state->samples;
     s->tried++;
     return s->state->few;
+}
+
+/* ---- rays
+ * --------------------------------------------------------------------------------------*/
+
+/* Where the last group took less than this share of what rays would, the next will hardly take all.
+ */
+#define CHEAP 0.25
+
+/* Nanoseconds of a ray in a packet of sixteen, of any tree that is too large for the caches; umbrae
+ * and penumbrae take the same. */
+#define RAY 150
+
+static uint32_t cost_of_rays(const ss_stage *stage) {
+    return (uint32_t)fmin((double)RAY * SS_LANES * ss_raytrace_first(stage->tracer), INT32_MAX);
+}
+
+/* Would drawing this group take longer than rays? Foretold from the nodes in its shaft. */
+static bool rays_are_faster(scratch *s) {
+    if (s->last < CHEAP * s->rays_take) return false;
+    s->last = s->state->kernel->weigh(s->group, s->rays_take);
+    return s->last >= s->rays_take;
+}
+
+static softshadow_status trace_group(scratch *s, const ss_point *points, unsigned n, float *out) {
+    ss_counts counts = {0};
+    const softshadow_status status =
+        ss_raytrace.query(s->stage, s->stage->tracer, points, n, out, NULL, s->arena, &counts);
+    s->traced += counts.traced, s->rays += counts.rays;
+    return status;
 }
 
 /* The group is enclosed already, by its points as they were given. *fine: which of them needed all
@@ -283,14 +321,18 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     }
     if (!g->lanes) return SOFTSHADOW_OK;
     uint32_t others;
-    softshadow_status status = answer_drawn(s, points, reach, out, &others);
+    set_depths(s, reach);
+    if (s->rays_take && rays_are_faster(s)) return trace_group(s, points, n, out);
+    softshadow_status status = answer_drawn(s, points, out, &others);
+    s->last = ss_group_took(g);
     if (status || !others) return status;
     *fine |= others;
     s->failed++;
     g->lattice = e->samples;
     e->kernel->view(g, &e->light, s->views);
     g->lanes = others;
-    return answer_drawn(s, points, reach, out, &others);
+    set_depths(s, reach);
+    return answer_drawn(s, points, out, &others);
 }
 
 /* As answer_group(), but for one point, and only how wrong that can be: which edges cancel depends
@@ -316,7 +358,8 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, const ss_
     if (e->light.point || !g->lanes || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
     memset(s->marks, 0, 2 * (size_t)lattice->blocks * SS_BLOCK * sizeof *s->marks);
     g->marks = s->marks;
-    const softshadow_status status = draw(s, reach);
+    set_depths(s, reach);
+    const softshadow_status status = draw(s);
     g->marks = NULL;
     if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
     if (normal && !ss_light_above(s->stage->light, s->contact[0].p, point->normal)) {
@@ -365,9 +408,11 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state,
     scratch s;
     if (!ss_exact_prepare(&s, stage, state, arena) || !ss_exact_measure(&s, points, n))
         return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
+    /* Rays cannot certify a bound. */
+    if (stage->tracer && !bound) s.rays_take = s.last = cost_of_rays(stage);
     const softshadow_status status = answer_run(&s, points, n, NULL, visibility, bound);
     if (status) return status;
-    counts->settled += s.settled;
+    counts->settled += s.settled, counts->traced += s.traced, counts->rays += s.rays;
     for (size_t i = 0; i < n; i++) {
         counts->lit += visibility[i] == 1;
         counts->umbra += visibility[i] == 0;

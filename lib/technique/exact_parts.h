@@ -41,6 +41,9 @@ typedef struct scratch {
     double size;      /* largest coordinate of the casters as the host gave them, local units */
     uint64_t settled; /* points answered by whole groups */
     uint32_t tried, failed; /* groups that began with few samples; those of them that needed more */
+    uint32_t last;        /* what the last group took, by ss_group_took(), ... */
+    uint32_t rays_take;   /* ... and rays would, each group of points; 0: there are none */
+    uint64_t traced, rays;
     double stray;    /* how far beside the casters a coarser scene may be seen: half-widths of the
                         light */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */

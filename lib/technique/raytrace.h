@@ -11,6 +11,12 @@
 softshadow_status ss_raytrace_prepare(const ss_stage *stage, uint32_t samples,
                                       ss_sequence sequence, void **state);
 
+/* A state for auto: as many samples as surfaces need, and as many as foliage needs for points where
+ * those show that the light is much divided. */
+softshadow_status ss_raytrace_prepare_auto(const ss_stage *stage, void **state);
+/* How many rays that is for most points. */
+uint32_t ss_raytrace_first(const void *state);
+
 /* How many samples of SS_SPIRAL keep the RMS error of penumbra points below the tolerance. */
 uint32_t ss_raytrace_samples(double tolerance);
 

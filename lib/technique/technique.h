@@ -57,6 +57,7 @@ typedef struct ss_stage {
     const struct ss_raster *raster; /* draws the maps, in builds */
     int rung;                       /* base/cpu.h */
     const struct ss_lod_light *lod; /* NULL in builds, and in queries that do not repay it */
+    const void *tracer; /* likewise: raytrace.h's state for auto; then rays are not NULL either */
     ss_spent *spent; /* of builds: techniques add to it */
     bool rows; /* of this query: its points are rows of an image, and finish() follows */
 } ss_stage;
