@@ -234,7 +234,9 @@ typedef struct softshadow_points {
     uint32_t light;             /* which light: an id */
     float *error_bound;         /* out, count, or NULL: how far the truth may be. Unlike the
                                    visibility it may be tighter in one batch than in another, where
-                                   a whole group of points was settled at once */
+                                   a whole group of points was settled at once; "auto" bounds the
+                                   points of a group together. Rays bound nothing for sure: where
+                                   bounds are asked for "auto" traces none */
 } softshadow_points;
 
 /* ---- What you get ---------------------------------------------------------------------------*/

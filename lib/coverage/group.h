@@ -80,10 +80,10 @@ typedef struct ss_group {
     uint32_t *listed;
     uint32_t listed_count, listed_room;
 
-    /* If not NULL, only lane 0 is asked, and two masks come out: the cells of the lattice that an
-     * edge passes through, and those from whose middle it is at most SS_LATTICE_REACH cells away.
-     * Edges that reach beyond t = blur_from are taken to be `blur` cells wider on either side. */
-    uint32_t *marks; /* [tight, wide][blocks x 16] */
+    /* If not NULL, two more masks come out for each lane: the cells of the lattice that an edge passes
+     * through, and those from whose middle it is at most SS_LATTICE_REACH cells away. Edges that
+     * reach beyond t = blur_from are taken to be `blur` cells wider on either side. */
+    uint32_t *marks; /* [lane][tight, wide][blocks x 16] */
     float blur_from, blur;
 
     /* The kernel's own: [lane][block][up, down][plane] x 16, all 0 between calls; the slots' keys,
@@ -133,6 +133,10 @@ static inline uint32_t ss_group_took(const ss_group *group) {
 extern const ss_group_kernel ss_group_scalar, ss_group_avx2, ss_group_avx512;
 /* The one for this machine and SOFTSHADOW_CPU; all give the same bits. */
 const ss_group_kernel *ss_group_kernels_here(void);
+
+static inline uint32_t *ss_group_marks(const ss_group *group, unsigned lane) {
+    return group->marks + 2 * (size_t)lane * group->lattice->blocks * SS_BLOCK;
+}
 
 static inline uint32_t *ss_group_mask(const ss_group *group, unsigned lane) {
     return group->covered + (size_t)lane * group->lattice->blocks * SS_BLOCK;

@@ -30,53 +30,66 @@ typedef struct walk {
 /* ---- marking
  * -----------------------------------------------------------------------------------*/
 
-/* The columns from a to b, both in grid coordinates, as bits of a word. */
-static inline uint32_t column_bits(float a, float b, uint32_t word) {
-    const float first = __builtin_ceilf(a) - 1 - 32 * (float)word,
-                last = __builtin_floorf(b) - 1 - 32 * (float)word;
-    if (!(last >= 0) || !(first <= 31) || !(first <= last)) return 0;
-    const uint32_t from = first > 0 ? ~0u << (uint32_t)first : ~0u;
-    return last < 31 ? from & ~(~0u << ((uint32_t)last + 1)) : from;
+/* Where an edge is at some heights; where rounding says it is beyond its own ends, at `end`. */
+static inline vf edge_at(const edge *e, unsigned lane, vf y, vf x_low, vf x_high, vm level,
+                         vf end) {
+    const vf x = f_fma(f_sub(y, f_set(e->pivot[lane])), f_set(e->slope[lane]), f_set(e->x[lane]));
+    return f_blend(m_andnot(m_and(f_le(x_low, x), f_le(x, x_high)), level), end, x);
 }
 
-/* Marks, for lane 0, the cells `reach` around the edge; SLACK is for rounding. */
+/* Marks the cells `reach` around the edge; SLACK is for rounding. */
 #define SLACK 0x1p-8f
-static inline void mark_cells(const walk *w, const edge *e, float x_low, float x_high, float reach,
-                              uint32_t *marks) {
-    const float low = e->low[0], high = e->high[0];
+static inline void mark_cells(const walk *w, const edge *e, unsigned lane, float x_low,
+                              float x_high, float reach, uint32_t *marks) {
+    const float low = e->low[lane], high = e->high[lane];
     reach += SLACK;
     if (x_high + reach < 1 || x_low - reach > w->columns) return;
-    const float first = low - reach > 1 ? __builtin_ceilf(low - reach) : 1,
-                last = high + reach < w->rows ? high + reach : w->rows;
-    if (!(first <= last)) return;
-    for (uint32_t row = (uint32_t)first - 1; row < (uint32_t)last; row++) {
-        const float y = (float)(row + 1);
-        const float from = y - reach > low ? y - reach : low,
-                    to = y + reach < high ? y + reach : high;
-        if (!(from <= to)) continue;
-        float a = e->x[0] + (from - e->pivot[0]) * e->slope[0];
-        float b = e->x[0] + (to - e->pivot[0]) * e->slope[0];
-        if (!(a >= x_low && a <= x_high)) a = e->slope[0] > 0 ? x_low : x_high;
-        if (!(b >= x_low && b <= x_high)) b = e->slope[0] > 0 ? x_high : x_low;
-        if (high - low < SLACK) a = x_low, b = x_high; /* level: all of it */
-        const float left = a < b ? a : b, right = a < b ? b : a;
+    const vm level = m_from(high - low < SLACK ? 0xffff : 0); /* all of it */
+    const vm rising = m_or(level, f_lt(f_set(0), f_set(e->slope[lane])));
+    const vf room = f_set(reach), least = f_set(x_low), most = f_set(x_high);
+    const vf lower = f_blend(rising, most, least), upper = f_blend(rising, least, most);
+    for (uint32_t r = 0; r < w->row_blocks; r++) {
+        const float first_row = (float)(SS_BLOCK * r + 1), last_row = (float)(SS_BLOCK * (r + 1));
+        if (high + reach < first_row || low - reach > last_row) continue;
+        const vf y = f_load(w->row + SS_BLOCK * r);
+        const vf from = f_max(f_sub(y, room), f_set(low)), to = f_min(f_add(y, room), f_set(high));
+        const vm rows = f_le(from, to);
+        const vf a = edge_at(e, lane, from, least, most, level, lower),
+                 b = edge_at(e, lane, to, least, most, level, upper);
+        const vf left = f_sub(f_min(a, b), room), right = f_add(f_max(a, b), room);
         for (uint32_t word = 0; word < w->words; word++) {
-            const uint32_t block = row / SS_BLOCK * w->words + word;
-            marks[block * SS_BLOCK + row % SS_BLOCK] |=
-                column_bits(left - reach, right + reach, word);
+            const vf first = f_set((float)(32 * word));
+            uint32_t *at = marks + SS_BLOCK * (r * w->words + word);
+            const vi cells = i_andnot(i_columns_from(f_sub(left, first), rows),
+                                      i_columns_from(f_sub(right, first), rows));
+            i_store(at, i_or(i_load(at), cells));
         }
     }
 }
 
-static inline void mark_edge(const walk *w, const edge *e, const bounds *box, vf farthest) {
+/* Marks an edge in these lanes; those that it is nowhere near to are passed over. */
+static inline void mark_edge(const walk *w, const edge *e, const bounds *box, vf farthest,
+                             uint32_t lanes) {
     const ss_group *g = w->g;
+    const float most = SS_LATTICE_REACH + 2 * SLACK + g->blur;
+    const vf before = f_set(1 - most);
+    const vm away = m_or(
+        m_or(f_lt(box->x_high, before), f_lt(box->y_high, before)),
+        m_or(f_lt(f_set(w->columns + most), box->x_low), f_lt(f_set(w->rows + most), box->y_low)));
+    lanes &= ~m_bits(away);
+    if (!lanes) return;
     _Alignas(64) float x_low[SS_LANES], x_high[SS_LANES], t[SS_LANES];
     f_store(x_low, box->x_low);
     f_store(x_high, box->x_high);
     f_store(t, farthest);
-    const float blur = t[0] > g->blur_from ? g->blur : 0;
-    mark_cells(w, e, x_low[0], x_high[0], 0.5f + blur, g->marks);
-    mark_cells(w, e, x_low[0], x_high[0], SS_LATTICE_REACH + blur, g->marks + w->blocks * SS_BLOCK);
+    for (; lanes; lanes &= lanes - 1) {
+        const unsigned i = (unsigned)__builtin_ctz(lanes);
+        const float blur = t[i] > g->blur_from ? g->blur : 0;
+        uint32_t *marks = ss_group_marks(g, i);
+        mark_cells(w, e, i, x_low[i], x_high[i], 0.5f + blur, marks);
+        mark_cells(w, e, i, x_low[i], x_high[i], SS_LATTICE_REACH + blur,
+                   marks + w->blocks * SS_BLOCK);
+    }
 }
 
 /* ---- single triangles
@@ -89,22 +102,22 @@ typedef struct polygon {
 } polygon;
 
 static inline void add_edge(const walk *w, polygon *p, const place *a, const place *b,
-                            const pixel *pa, const pixel *pb) {
+                            const pixel *pa, const pixel *pb, uint32_t lanes) {
     bounds box;
     set_edge(&p->edges[p->count], &box, a, b, pa, pb, w->rows / 2);
-    if (w->g->marks) mark_edge(w, &p->edges[p->count], &box, f_max(a->t, b->t));
+    if (w->g->marks) mark_edge(w, &p->edges[p->count], &box, f_max(a->t, b->t), lanes);
     p->count++;
     p->box.x_low = f_min(p->box.x_low, box.x_low), p->box.x_high = f_max(p->box.x_high, box.x_high);
     p->box.y_low = f_min(p->box.y_low, box.y_low), p->box.y_high = f_max(p->box.y_high, box.y_high);
 }
 
-static inline void clip_triangle(const walk *w, polygon *p, const place v[3]) {
+static inline void clip_triangle(const walk *w, polygon *p, const place v[3], uint32_t lanes) {
     segment s[MOST_EDGES] = {{v[0], v[1]}, {v[1], v[2]}, {v[2], v[0]}};
     int count = clip(s, 3, f_load(w->g->slab->t_near), 0);
     count = clip(s, count, f_load(w->g->slab->t_far), 1);
     for (int i = 0; i < count; i++) {
         const pixel a = project(&s[i].a), b = project(&s[i].b);
-        add_edge(w, p, &s[i].a, &s[i].b, &a, &b);
+        add_edge(w, p, &s[i].a, &s[i].b, &a, &b, lanes);
     }
 }
 
@@ -144,10 +157,11 @@ static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int 
     p.count = 0;
     p.box = (bounds){f_set(1e30f), f_set(-1e30f), f_set(1e30f), f_set(-1e30f)};
     if (clipped) {
-        clip_triangle(w, &p, v);
+        clip_triangle(w, &p, v, lanes);
     } else {
         const pixel q[3] = {project(&v[0]), project(&v[1]), project(&v[2])};
-        for (int c = 0; c < 3; c++) add_edge(w, &p, &v[c], &v[(c + 1) % 3], &q[c], &q[(c + 1) % 3]);
+        for (int c = 0; c < 3; c++)
+            add_edge(w, &p, &v[c], &v[(c + 1) % 3], &q[c], &q[(c + 1) % 3], lanes);
     }
     lanes &= m_bits(touched(w, &p.box, 0));
     for (uint32_t r = 0; r < w->row_blocks && lanes; r++) {
@@ -256,7 +270,7 @@ static inline void push_edge(walk *w, const float ends[8], int32_t sum) {
         edge e;
         bounds box;
         set_edge(&e, &box, &from, &to, &a, &c, w->rows / 2);
-        mark_edge(w, &e, &box, f_max(from.t, to.t));
+        mark_edge(w, &e, &box, f_max(from.t, to.t), w->open);
     }
     const uint32_t lanes = m_bits(touched(w, &around, 1)) & w->open;
     if (!lanes) return;

@@ -213,9 +213,9 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
 
 /* Finds how far along the segments of the group's lanes what scene counts. The group is enclosed
  * already. */
-static void set_depths(scratch *s, double reach) {
+static void set_depths(scratch *s) {
     ss_group *g = s->group;
-    s->state->kernel->depths(g, reach);
+    s->state->kernel->depths(g, s->reach);
     const double strays = ss_group_set_slabs(g, s->stage->lod, s->stray);
     if (g->marks && strays > 0) { /* of the casters themselves, and around them */
         ss_group_widen(g, strays);
@@ -305,10 +305,9 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
                                       uint32_t *fine) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    double reach;
     g->lattice = first_samples(s);
     const bool all = g->lattice == e->samples;
-    ss_exact_set_up(s, points, n, &reach);
+    ss_exact_set_up(s, points, n);
     if (e->light.point) g->lanes = 0;
     *fine = ((1u << n) - 1) & (all ? ~0u : ~g->lanes);
     for (uint32_t m = ((1u << n) - 1) & ~g->lanes; m; m &= m - 1) {
@@ -321,7 +320,7 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     }
     if (!g->lanes) return SOFTSHADOW_OK;
     uint32_t others;
-    set_depths(s, reach);
+    set_depths(s);
     if (s->rays_take && rays_are_faster(s)) return trace_group(s, points, n, out);
     softshadow_status status = answer_drawn(s, points, out, &others);
     s->last = ss_group_took(g);
@@ -331,43 +330,80 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
     g->lattice = e->samples;
     e->kernel->view(g, &e->light, s->views);
     g->lanes = others;
-    set_depths(s, reach);
+    set_depths(s);
     return answer_drawn(s, points, out, &others);
 }
 
-/* As answer_group(), but for one point, and only how wrong that can be: which edges cancel depends
- * on the group, and a bound shall not. */
+/* How wrong the answers of some of the group's lanes can be, as their marks say after a draw. */
+static void sum_marks(scratch *s, const ss_point *points, uint32_t lanes, float *out) {
+    ss_group *g = s->group;
+    double turned[3];
+    for (; lanes; lanes &= lanes - 1) {
+        const unsigned i = (unsigned)__builtin_ctz(lanes);
+        const double *normal = normal_of(s->state, &points[i], turned);
+        uint32_t *tight = ss_group_marks(g, i), *wide = tight + g->lattice->blocks * SS_BLOCK;
+        ss_exact_view(s, i);
+        out[i] = 1;
+        if (any_tested_blocks(s, i) || g->listed_count) continue; /* holes are in no lattice */
+        if (normal && !ss_light_above(s->stage->light, s->contact[i].p, points[i].normal)) {
+            ss_bound_mark_horizon(g->lattice, &s->view[i], normal, tight, wide);
+        }
+        out[i] = ss_bound_sum(g->lattice, &s->state->light, &s->view[i],
+                              s->stage->params->weighting, normal, tight, wide);
+    }
+}
+
+/* Bounds of the first n lanes of a group that is set up, so far as they are in `lanes`; the group's
+ * views are of this lattice. */
+static softshadow_status bound_lanes(scratch *s, const ss_point *points, unsigned n, uint32_t lanes,
+                                     float *out) {
+    ss_group *g = s->group;
+    const bool point = s->state->light.point;
+    const uint32_t drawn = point ? 0 : g->lanes & lanes;
+    for (unsigned i = 0; i < n; i++) {
+        if (lanes >> i & 1) out[i] = point || s->views->inside >> i & 1 ? 0 : 1;
+    }
+    if (!drawn) return SOFTSHADOW_OK;
+    g->lanes = drawn, g->marks = s->marks;
+    for (uint32_t m = drawn; m; m &= m - 1) {
+        memset(ss_group_marks(g, (unsigned)__builtin_ctz(m)), 0,
+               2 * (size_t)g->lattice->blocks * SS_BLOCK * sizeof *s->marks);
+    }
+    set_depths(s);
+    const softshadow_status status = draw(s);
+    if (!status) sum_marks(s, points, drawn, out);
+    g->marks = NULL;
+    return status;
+}
+
+/* As answer_group(), but for one point: which edges cancel depends on the group, and a bound shall
+ * not. */
 static softshadow_status find_bound(scratch *s, const ss_point *point, const ss_lattice *lattice,
                                     float *out) {
-    const exact *e = s->state;
-    ss_group *g = s->group;
-    double turned[3], reach;
-    const double *normal = normal_of(e, point, turned);
     ss_shaft_frame own;
     const ss_shaft_frame *frame = NULL;
     const bool settles = ss_exact_settles(s, point, 1, &own, &frame);
-    if (settles && !s->stage->lod) { /* as in any block that does */
-        *out = 0;
-        return SOFTSHADOW_OK;
+    *out = 0;
+    if (settles && !s->stage->lod) return SOFTSHADOW_OK; /* as in any block that does */
+    s->group->lattice = lattice;
+    ss_exact_set_up(s, point, 1);
+    return bound_lanes(s, point, 1, 1, out);
+}
+
+/* For all of a group at once, right after it was answered: each walk serves sixteen points. */
+static softshadow_status find_bounds(scratch *s, const ss_point *points, unsigned n, uint32_t fine,
+                                     float *out) {
+    const exact *e = s->state;
+    const uint32_t all = (1u << n) - 1, few = e->few ? all & ~fine : 0;
+    softshadow_status status = SOFTSHADOW_OK;
+    for (int i = 0; i < 2 && !status; i++) {
+        const uint32_t lanes = i ? few : all & ~few;
+        if (!lanes) continue;
+        s->group->lattice = i ? e->few : e->samples;
+        e->kernel->view(s->group, &e->light, s->views);
+        status = bound_lanes(s, points, n, lanes, out);
     }
-    g->lattice = lattice;
-    ss_exact_set_up(s, point, 1, &reach);
-    ss_exact_view(s, 0);
-    uint32_t *wide = s->marks + (size_t)lattice->blocks * SS_BLOCK;
-    *out = e->light.point || s->view->inside ? 0 : 1;
-    if (e->light.point || !g->lanes || any_tested_blocks(s, 0)) return SOFTSHADOW_OK;
-    memset(s->marks, 0, 2 * (size_t)lattice->blocks * SS_BLOCK * sizeof *s->marks);
-    g->marks = s->marks;
-    set_depths(s, reach);
-    const softshadow_status status = draw(s);
-    g->marks = NULL;
-    if (status || g->listed_count) return status; /* a texture's holes are not in the lattice */
-    if (normal && !ss_light_above(s->stage->light, s->contact[0].p, point->normal)) {
-        ss_bound_mark_horizon(lattice, s->view, normal, s->marks, wide);
-    }
-    *out = ss_bound_sum(lattice, &e->light, s->view, s->stage->params->weighting, normal, s->marks,
-                        wide);
-    return SOFTSHADOW_OK;
+    return status;
 }
 
 /* Answers a run of points: as a block if it is lit, else in parts, in the end by groups. */
@@ -386,6 +422,8 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
         const exact *e = s->state;
         uint32_t fine;
         softshadow_status status = answer_group(s, points, (unsigned)n, out, &fine);
+        if (bound && s->together && !status)
+            return find_bounds(s, points, (unsigned)n, fine, bound);
         for (size_t i = 0; i < n && bound && !status; i++) {
             const bool few = e->few && !(fine >> i & 1);
             status = find_bound(s, &points[i], few ? e->few : e->samples, &bound[i]);

@@ -34,7 +34,9 @@ typedef struct scratch {
     ss_view *view; /* per lane, axes in summing order; see ss_exact_view() */
     uint32_t *skip;
     uint16_t *skip_lanes;
-    uint32_t *marks; /* tight, wide: see ss_group */
+    uint32_t *marks; /* of a lane, or all of them: see ss_group */
+    double reach;    /* of the group: see ss_group_kernel */
+    bool together;   /* bounds are found for groups: that is faster, but company then changes them */
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
@@ -66,8 +68,8 @@ bool ss_exact_measure(scratch *s, const ss_point *points, size_t n);
 bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
                       const ss_shaft_frame **frame);
 /* Finds the contacts and views of a group that is enclosed, and makes room for what moved. The
- * group's lanes become those that the kernels can draw. *reach: see ss_group_kernel. */
-void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n, double *reach);
+ * group's lanes become those that the kernels can draw. */
+void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n);
 /* Fills s->view[lane]. */
 void ss_exact_view(scratch *s, unsigned lane);
 

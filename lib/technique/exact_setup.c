@@ -60,7 +60,9 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
         ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK, sizeof(uint32_t));
     const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
-    s->marks = ss_arena_alloc(arena, 2 * (size_t)e->samples->blocks * SS_BLOCK, sizeof *s->marks);
+    s->together = stage->params->few > 0;
+    const size_t marks = 2 * (size_t)e->samples->blocks * SS_BLOCK;
+    s->marks = ss_arena_alloc(arena, s->together ? SS_LANES * marks : marks, sizeof *s->marks);
     s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST + 1, sizeof *s->group->list);
     s->group->keys = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->keys);
     s->group->sums = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->sums);
@@ -215,14 +217,14 @@ void ss_exact_view(scratch *s, unsigned lane) {
     ss_group_view_of(s->group, s->views, lane, &s->state->light, &s->view[lane]);
 }
 
-void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n, double *reach) {
+void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n) {
     double low[3], high[3], ulp = 0;
     if (n == 1)
         box_of(points, n, low, high);
     else
         join_boxes(s, points, n, low, high);
     for (unsigned lane = 0; lane < n; lane++) ulp = ss_max(ulp, points[lane].ulp);
-    *reach = SS_NEAR + 8 * ulp * (ss_max(s->size, host_size(s->stage->world, low, high)) + 1) +
+    s->reach = SS_NEAR + 8 * ulp * (ss_max(s->size, host_size(s->stage->world, low, high)) + 1) +
              2 * SS_TOUCH;
     s->group->skip_count = 0;
     find_contacts(s, points, n, ulp, low, high);
