@@ -475,4 +475,5 @@ const ss_technique ss_exact = {
     .query = exact_query,
     .destroy = ss_exact_destroy,
     .bytes = ss_exact_bytes,
+    .casters_culled = ss_exact_culled,
 };

@@ -86,6 +86,23 @@ static softshadow_status make_few(exact *e, const ss_stage *stage, const ss_ligh
     return ss_lattice_create(&e->few, shape, few);
 }
 
+static softshadow_status count_culled(exact *e, const ss_stage *stage) {
+    const size_t all = stage->world->triangle_count;
+    double low[3], high[3];
+    if (!stage->params->bounded || !all) return SOFTSHADOW_OK;
+    uint32_t *left = ss_alloc(all, sizeof *left);
+    if (!left) return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
+    for (int k = 0; k < 3; k++) { /* points are put onto what they touch */
+        low[k] = stage->params->bounds[k] - SS_NEAR,
+        high[k] = stage->params->bounds[3 + k] + SS_NEAR;
+    }
+    e->culled = all - ss_bvh_shaft(stage->bvh, stage->light, low, high, left, all);
+    ss_free(left);
+    return SOFTSHADOW_OK;
+}
+
+uint64_t ss_exact_culled(const void *state) { return ((const exact *)state)->culled; }
+
 softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     exact *e = ss_alloc(1, sizeof *e);
     if (!e || !mark_tested(stage->world, &e->tested)) {
@@ -107,6 +124,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     }
     softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
     if (!status) status = make_few(e, stage, &shape, usual);
+    if (!status) status = count_culled(e, stage);
     if (!status) {
         double low[3], high[3];
         ss_light_box(stage->light, low, high);

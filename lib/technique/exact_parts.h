@@ -16,6 +16,7 @@ typedef struct exact {
     ss_outline *outline;
     ss_light light; /* with its axes in summing order */
     uint8_t axis[3];
+    uint64_t culled; /* casters beside all segments from the build's bounds to the light */
     uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
     const ss_group_kernel *kernel;
 } exact;
@@ -55,6 +56,7 @@ typedef struct scratch {
 softshadow_status ss_exact_build(const ss_stage *stage, void **state);
 void ss_exact_destroy(void *state);
 size_t ss_exact_bytes(const void *state);
+uint64_t ss_exact_culled(const void *state);
 /* From the world's axes to summing order. */
 void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
 

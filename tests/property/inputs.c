@@ -67,6 +67,32 @@ static void points_outside_bounds(void **state) {
     scene_free(&mesh);
 }
 
+/* Casters far from everything between the bounds and the light are told of as needless. */
+static void bounds_make_casters_needless(void **state) {
+    static const double bounds[6] = {-1, -1.5, -0.1, 1, 1.5, 0.1};
+    static const double shift[12] = {1, 0, 0, 40, 0, 1, 0, 0, 0, 0, 1, 0};
+    double points[N][3];
+    grid(points);
+    scene_mesh mesh = thing(), far = thing(), both = thing();
+    scene_transform(&far, shift);
+    scene_append(&both, &far);
+    const scene_mesh *const meshes[] = {&mesh, &both, &both};
+    uint64_t culled[3];
+    for (int i = 0; i < 3; i++) {
+        ask q = ask_new(*state, meshes[i], scene_sphere_light(0, 0, 7, 1),
+                        (const double(*)[3])points, N, SAMPLES);
+        q.build.bounds = i < 2 ? bounds : NULL;
+        ask_do(&q);
+        culled[i] = q.stats.casters_culled;
+        ask_free(&q);
+    }
+    CHECK(culled[1] == culled[0] + far.triangles && culled[0] < mesh.triangles,
+          "%llu, and with %zu far ones %llu", (unsigned long long)culled[0], far.triangles,
+          (unsigned long long)culled[1]);
+    CHECK(culled[2] == 0, "%llu without bounds", (unsigned long long)culled[2]);
+    scene_free(&mesh), scene_free(&far), scene_free(&both);
+}
+
 /* No casters at all, and the world's worst normals: V = 1, or 0 below the horizon. */
 static void nothing_casts(void **state) {
     double points[N][3];
@@ -516,6 +542,7 @@ int main(void) {
     const ask_test tests[] = {
         {"bad points are NaN and counted", bad_points_are_nan_and_counted, NULL},
         {"points outside the bounds", points_outside_bounds, NULL},
+        {"bounds make casters needless", bounds_make_casters_needless, ask_certified},
         {"bad points name anything", bad_points_name_anything, NULL},
         {"spikes of a profile", spikes_of_a_profile, ask_truthful},
         {"nothing casts", nothing_casts, ask_truthful},
