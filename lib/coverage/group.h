@@ -80,9 +80,9 @@ typedef struct ss_group {
     uint32_t *listed;
     uint32_t listed_count, listed_room;
 
-    /* If not NULL, two more masks come out for each lane: the cells of the lattice that an edge passes
-     * through, and those from whose middle it is at most SS_LATTICE_REACH cells away. Edges that
-     * reach beyond t = blur_from are taken to be `blur` cells wider on either side. */
+    /* If not NULL, two more masks come out for each lane: the cells of the lattice that an edge
+     * passes through, and those from whose middle it is at most SS_LATTICE_REACH cells away. Edges
+     * that reach beyond t = blur_from are taken to be `blur` cells wider on either side. */
     uint32_t *marks; /* [lane][tight, wide][blocks x 16] */
     float blur_from, blur;
 
@@ -117,16 +117,16 @@ typedef struct ss_group_kernel {
     void (*depths)(ss_group *group, double reach);
     /* Fills covered, lit, dark and visible for the lanes asked. */
     void (*draw)(ss_group *group);
-    /* How long draw() would take, in nanoseconds of a common machine, if nothing was ever hidden; gives
-     * up at `most`. Looks at nodes of the tree only. */
+    /* How long draw() would take, in nanoseconds of a common machine, if nothing was ever hidden;
+     * gives up at `most`. Looks at nodes of the tree only. */
     uint32_t (*weigh)(ss_group *group, uint32_t most);
     /* Lists the triangles, opacity-tested or not, that may be in the way of some point of the box;
      * may stop when there is no more room. Reads no lane. */
     void (*survey)(ss_group *group);
 } ss_group_kernel;
 /* Likewise what the last draw() took. Fitted to groups on 871,000 and a million triangles without
- * levels: a leaf 740 to 1,160 with its faces, a use of an edge 12 to 26; eight in ten groups take .8
- * to 1.2 times that. */
+ * levels: a leaf 740 to 1,160 with its faces, a use of an edge 12 to 26; eight in ten groups take
+ * .8 to 1.2 times that. */
 static inline uint32_t ss_group_took(const ss_group *group) {
     return 100 * group->nodes + 800 * group->leaves + 20 * group->edges;
 }

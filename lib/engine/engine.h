@@ -64,9 +64,9 @@ struct softshadow {
 /* Builds what the request needs and is stale. On failure nothing is built. */
 softshadow_status ss_engine_build(softshadow *handle, const softshadow_build *request);
 void ss_built_free(ss_built *built);
-/* Sets the stage's coarser scenes, or its rays, for a query of `count` points, where the technique can
- * use them and that many, or those the host told of, repay them. A choice by numbers only, so that a
- * batch always gets the same. progress: of the call; may be NULL. */
+/* Sets the stage's coarser scenes, or its rays, for a query of `count` points, where the technique
+ * can use them and that many, or those the host told of, repay them. A choice by numbers only, so
+ * that a batch always gets the same. progress: of the call; may be NULL. */
 softshadow_status ss_engine_lend(softshadow *handle, uint32_t light, size_t count,
                                  ss_progress *progress, ss_stage *stage);
 void ss_engine_drop_lod(ss_built *built);
@@ -84,7 +84,7 @@ typedef struct ss_asked {
     const void *state;
     ss_raster_program *program; /* NULL: asked in C */
     bool any;                   /* in C, too, where the GPU fails */
-    ss_progress *progress;      /* of the call, for its points; NULL: one is made if the host asks */
+    ss_progress *progress;      /* of the call, for its points; NULL: makes its own */
 } ss_asked;
 /* What was built for one light. */
 ss_asked ss_engine_asked(const softshadow *handle, const ss_stage *stage, uint32_t light);

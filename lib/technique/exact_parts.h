@@ -37,7 +37,7 @@ typedef struct scratch {
     uint16_t *skip_lanes;
     uint32_t *marks; /* of a lane, or all of them: see ss_group */
     double reach;    /* of the group: see ss_group_kernel */
-    bool together;   /* bounds are found for groups: that is faster, but company then changes them */
+    bool together;   /* bounds are found for groups: faster, but company changes them */
     ss_direct *direct;
     uint32_t *triangles;
     size_t direct_room;
