@@ -1,6 +1,7 @@
 # make check-fuzz: libFuzzer, which comes with clang, on everything that reads what others wrote. The
 # programs are built by name only, in a build of their own: see run.sh. corpus/ holds what they start
-# from: a file of each kind, few and small, to be read by people; NAME.dict the words of its language.
+# from: a file of each kind, few and small, to be read by people, and for the ABI two dozen tapes that ten
+# minutes of fuzzing left; NAME.dict the words of its language.
 EXTRA_DIST += %D%/run.sh %D%/corpus %D%/light.dict %D%/mesh.dict %D%/points.dict %D%/scene.dict
 fuzzers = tests/fuzz/fuzz_mesh tests/fuzz/fuzz_points tests/fuzz/fuzz_light tests/fuzz/fuzz_scene \
   tests/fuzz/fuzz_abi
