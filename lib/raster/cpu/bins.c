@@ -10,6 +10,7 @@ typedef struct builder {
     ss_bins *bins;
     size_t n;
     uint32_t *count; /* chunk x band: how many, then where they go */
+    uint16_t (*span)[2]; /* of each item: its first band, and one after the last */
     ss_bin_rows *rows;
     const void *ctx;
     bool fill;
@@ -22,8 +23,11 @@ static softshadow_status pass(void *ctx, uint64_t begin, uint64_t end) {
         const size_t last_item = (chunk + 1) * CHUNK < b->n ? (chunk + 1) * CHUNK : b->n;
         for (size_t i = chunk * CHUNK; i < last_item; i++) {
             int32_t first, last;
-            if (!b->rows(b->ctx, i, &first, &last)) continue;
-            for (int32_t band = first / SS_BAND; band <= last / SS_BAND; band++) {
+            uint16_t *span = b->span[i];
+            if (!b->fill && b->rows(b->ctx, i, &first, &last)) {
+                span[0] = (uint16_t)(first / SS_BAND), span[1] = (uint16_t)(last / SS_BAND + 1);
+            }
+            for (uint32_t band = span[0]; band < span[1]; band++) {
                 if (b->fill) b->bins->item[count[band]++] = (uint32_t)i;
                 else count[band]++;
             }
@@ -52,16 +56,17 @@ softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss
                                 const void *ctx, ss_pool *pool) {
     *bins = (ss_bins){.bands = (resolution + SS_BAND - 1) / SS_BAND};
     const size_t chunks = (n + CHUNK - 1) / CHUNK;
-    builder b = {bins, n, NULL, rows, ctx, false};
+    builder b = {bins, n, NULL, NULL, rows, ctx, false};
     bins->first = ss_alloc(bins->bands + 1, sizeof *bins->first);
     b.count = ss_alloc(chunks * bins->bands, sizeof *b.count);
+    b.span = ss_alloc(n, sizeof *b.span);
     softshadow_status status = SOFTSHADOW_OK;
-    if (!bins->first || !b.count) status = SOFTSHADOW_E_MEMORY;
+    if (!bins->first || !b.count || !b.span) status = SOFTSHADOW_E_MEMORY;
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
     if (!status && !place(&b, chunks)) status = SOFTSHADOW_E_MEMORY;
     b.fill = true;
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
-    ss_free(b.count);
+    ss_free(b.count), ss_free(b.span);
     if (status) ss_bins_free(bins);
     if (status == SOFTSHADOW_E_MEMORY) return ss_fail(status, "map: out of memory for %zu triangles", n);
     return status;

@@ -10,7 +10,7 @@ typedef struct ss_bins {
     uint32_t *item;
 } ss_bins;
 
-/* The rows item i touches, within the map; false: none. Called twice an item. */
+/* The rows item i touches, within the map; false: none. Called once an item. */
 typedef bool ss_bin_rows(const void *ctx, size_t i, int32_t *first, int32_t *last);
 
 softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss_bin_rows *rows,

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "base/lanes.h"
+
 #define LANES 4
 
 typedef int32_t ints __attribute__((vector_size(4 * LANES)));
@@ -35,14 +37,6 @@ typedef struct walk {
     float *plane;
 } walk;
 
-static inline floats depth_of(const ss_scan *s, int32_t x, int32_t y) {
-    const float row = s->start[0] + s->step_y[0] * (float)(y - s->first_y);
-    const floats column = __builtin_convertvector(lane_number + (x - s->first_x), floats);
-    floats h = row + s->step_x[0] * column;
-    h = pick((ints)(h < s->least[0]), all_floats(s->least[0]), h);
-    return pick((ints)(h > s->most[0]), all_floats(s->most[0]), h);
-}
-
 static inline floats load(const float *from, int32_t n) {
     floats v = {0};
     if (n >= LANES)
@@ -59,14 +53,26 @@ static inline void store(float *to, floats v, int32_t n) {
         memcpy(to, &v, (size_t)n * sizeof *to);
 }
 
-static inline void depth_row(const walk *w, const ss_scan_block *b, int32_t row) {
-    const int32_t y = b->y + row;
-    for (int32_t column = 0; column < b->width; column += LANES) {
-        const int32_t x = b->x + column;
-        const int32_t n = w->resolution - x; /* lanes that are not inside keep what they hold */
-        ints in = inside(b, column, row) & (ints)(column + lane_number < b->width);
-        const floats h = depth_of(w->scan, x, y) + w->bias;
-        const size_t at = (size_t)y * (size_t)w->resolution + (size_t)x;
+/* Four columns of a block, from `column` on: what a row needs is added up from the row before. */
+static inline void depth_columns(const walk *w, const ss_scan_block *b, int32_t column) {
+    const ss_scan *s = w->scan;
+    const ints places = column + lane_number, wanted = (ints)(places < b->width);
+    const floats across = s->step_x[0] * __builtin_convertvector(places + (b->x - s->first_x), floats);
+    const floats least_of = all_floats(s->least[0]), most_of = all_floats(s->most[0]);
+    const int32_t n = w->resolution - b->x - column; /* lanes that are not inside keep what they hold */
+    size_t at = (size_t)b->y * (size_t)w->resolution + (size_t)(b->x + column);
+    ints edge[3];
+    for (int i = 0; i < 3; i++) {
+        const int32_t r = b->e[i].right;
+        edge[i] = b->e[i].at + r * column + (ints){0, r, 2 * r, 3 * r};
+    }
+    for (int32_t row = 0; row < b->height; row++, at += (size_t)w->resolution) {
+        ints in = ~((edge[0] | edge[1] | edge[2]) >> 31) & wanted; /* a negative value is outside */
+        for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
+        if (!ss_floats_bits(in)) continue;
+        floats h = (s->start[0] + s->step_y[0] * (float)(b->y + row - s->first_y)) + across;
+        h = pick((ints)(h < least_of), least_of, h);
+        h = pick((ints)(h > most_of), most_of, h) + w->bias;
         const floats old = load(w->plane + at, n);
         in &= (ints)(h < old);
         if (w->above) in &= (ints)(h > load(w->above + at, n));
@@ -88,7 +94,7 @@ static void walk_depth(const walk *w) {
                        .width = least(SS_BAND, s->last_x - x + 1),
                        .height = least(SS_BAND, top - y + 1)};
             if (!ss_scan_block_set(&b, s)) continue;
-            for (int32_t row = 0; row < b.height; row++) depth_row(w, &b, row);
+            for (int32_t column = 0; column < b.width; column += LANES) depth_columns(w, &b, column);
         }
     }
 }
