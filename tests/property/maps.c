@@ -143,6 +143,31 @@ static void test_umbra_stays(void **state) {
     scene_free(&mesh);
 }
 
+/* Look-ups are compiled for each instruction set: the same bits, for points in any number. */
+static void test_rungs(void **state) {
+    (void)state;
+    static const char *const names[] = {"hard", "penumbra-map", "smoothie", "penumbra-limit"};
+    static const char *const rungs[] = {"scalar", "avx2", "avx512"};
+    scene_mesh mesh = maps_body();
+    for (size_t m = 0; m < COUNT(names); m++) {
+        ask least = over_ground(names[m], &mesh, scene_sphere_light(1, .6, 4, .3), 256);
+        setenv("SOFTSHADOW_CPU", rungs[0], 1);
+        ask_do(&least);
+        for (size_t r = 1; r < COUNT(rungs); r++) {
+            ask more = over_ground(names[m], &mesh, scene_sphere_light(1, .6, 4, .3), 256);
+            more.count -= r; /* no whole blocks at the end */
+            setenv("SOFTSHADOW_CPU", rungs[r], 1);
+            ask_do(&more);
+            CHECK(memcmp(least.visibility, more.visibility, more.count * sizeof(float)) == 0,
+                  "%s: %s is not as %s", names[m], rungs[r], rungs[0]);
+            ask_free(&more);
+        }
+        ask_free(&least);
+    }
+    unsetenv("SOFTSHADOW_CPU");
+    scene_free(&mesh);
+}
+
 /* Must hold 6: the light shrinks to a point, and every technique to the hard shadow. */
 static void test_radius_to_zero(void **state) {
     (void)state;
@@ -222,8 +247,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_straight_edge),  cmocka_unit_test(test_limit_straight_edge),
         cmocka_unit_test(test_falloffs),       cmocka_unit_test(test_umbra_stays),
-        cmocka_unit_test(test_radius_to_zero), cmocka_unit_test(test_resolution),
-        cmocka_unit_test(test_acne),
+        cmocka_unit_test(test_rungs),          cmocka_unit_test(test_radius_to_zero),
+        cmocka_unit_test(test_resolution),     cmocka_unit_test(test_acne),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
