@@ -3,9 +3,6 @@
 #ifndef SS_COVERAGE_KERNEL_TEST_H
 #define SS_COVERAGE_KERNEL_TEST_H
 
-/* As ss_outline_build() has it: a side is misjudged by less. */
-#define SIDE_ERROR 0x1p-18f
-
 typedef struct box {
     vf low[3], high[3];
 } box;
@@ -177,8 +174,8 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
         const vf l = f_fnma(from[k], f_set(g->light_finite), f_set(g->light_middle[k]));
         const vf a = f_abs(n[k]);
         at = f_fma(n[k], w, at), light = f_fma(n[k], l, light);
-        slack = f_fma(a, f_set(g->half[k] + SIDE_ERROR), slack);
-        light_slack = f_fma(a, f_set(g->light_half[k] + SIDE_ERROR), light_slack);
+        slack = f_fma(a, f_set(g->half[k] + SS_SIDE_ERROR), slack);
+        light_slack = f_fma(a, f_set(g->light_half[k] + SS_SIDE_ERROR), light_slack);
         size = f_add(size, a);
         longest = f_max(longest, f_max(f_abs(e[k]), f_abs(f[k])));
     }
@@ -191,7 +188,7 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
     slack = f_fma(f_mul(size, w_size), reach, slack);
     light_slack = f_fma(f_mul(size, f_add(l_size, f_set(1))), reach, light_slack);
     /* Thinner than rounding: see ss_outline_build(). */
-    const vm solid = f_lt(f_mul(longest, f_set(4 * SIDE_ERROR)), size);
+    const vm solid = f_lt(f_mul(longest, f_set(4 * SS_SIDE_ERROR)), size);
     const vm light_front = f_lt(light_slack, light),
              light_back = f_lt(f_add(light, light_slack), f_set(0));
     sides s;

@@ -4,11 +4,6 @@
 
 #include "coverage/group.h"
 
-/* Floats reach this near a point's own plane, and the light's, in local units: above the rounding
- * of t for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's business.
- */
-#define SS_FLOAT_REACH 0x1p-20
-
 /* The lane's view as ss_light_view() would have it; view's axes are in summing order. */
 void ss_group_view_of(const ss_group *group, const ss_group_views *views, unsigned lane,
                       const ss_light *light, ss_view *view);

@@ -7,10 +7,10 @@
 #include "base/process.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "technique/blur.h"
 
 #define MOST_RESOLUTION 16384u
 #define MOST_TAPS 64u
-#define MOST_BLUR 64u
 
 static softshadow_status check_range(const char *field, uint32_t value, uint32_t most) {
     if (value <= most) return SOFTSHADOW_OK;
@@ -44,7 +44,7 @@ static softshadow_status check_request(const softshadow_build *request) {
                  {"falloff", request->falloff, SOFTSHADOW_FALLOFF_PROFILE},
                  {"weighting", request->weighting, SOFTSHADOW_IRRADIANCE},
                  {"mask_taps", request->mask_taps, MOST_TAPS},
-                 {"blur", request->blur, MOST_BLUR}};
+                 {"blur", request->blur, SS_MOST_BLUR}};
     for (size_t i = 0; i < sizeof whole / sizeof *whole; i++) {
         const softshadow_status status =
             check_range(whole[i].field, whole[i].value, whole[i].most);

@@ -8,7 +8,6 @@
 
 /* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units in
  * the last place of a float (design: techniques.md, Depth). */
-#define GAP 0x1p-21f
 
 void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     const int32_t side = (int32_t)maps->frames.resolution;
@@ -65,7 +64,7 @@ static inline void outer_share(const ss_wide channel[4], ss_wide *weight, const 
     const ss_wide vertex = channel[SS_OUTER_VERTEX], one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
     const ss_wide gap = *h - vertex, part = channel[SS_OUTER_RISE] / gap;
     const ss_wide size = (ss_wide)((ss_wide_ints)*h & INT32_MAX);
-    const ss_wide_ints soft = (gap > GAP * size) & (part < one), dark = channel[SS_OUTER_DEPTH] < *h;
+    const ss_wide_ints soft = (gap > SS_MAP_ALIKE * size) & (part < one), dark = channel[SS_OUTER_DEPTH] < *h;
     const ss_wide share = SS_WIDE_PICK(soft, part, one);
     *weight *= SS_WIDE_PICK(dark, zero, share);
 }
@@ -116,7 +115,7 @@ void RUNG(ss_answer_outer)(const ss_light_maps *maps, const ss_looks *looks, siz
  * decides. */
 static inline ss_floats equation_2(const ss_floats t[4], ss_floats z) {
     const ss_floats one = ss_floats_all(1), zero = ss_floats_all(0), half = ss_floats_all(.5f);
-    const ss_floats gap = ss_floats_more(z - t[LIMIT_C], 0x1p-21f * ss_floats_size(z));
+    const ss_floats gap = ss_floats_more(z - t[LIMIT_C], SS_MAP_ALIKE * ss_floats_size(z));
     const ss_floats l = half + half * t[LIMIT_Q] / gap;
     const ss_ints dark = (ss_ints)(z < t[LIMIT_C]) | (ss_ints)(z > t[LIMIT_B]);
     const ss_floats soft = ss_floats_pick(dark, zero, ss_floats_less(ss_floats_more(l, zero), one));
@@ -143,7 +142,7 @@ static inline ss_floats between(ss_wide channel[SS_PARTS][4], const ss_wide weig
 static inline void alone(const ss_wide channel[4], ss_wide *weight, const ss_wide *z, bool paper) {
     const ss_wide c = channel[LIMIT_C], g = channel[LIMIT_G], b = channel[LIMIT_B], q = channel[LIMIT_Q];
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f), half = SS_WIDE_ALL(.5f);
-    const ss_wide least = 0x1p-21f * (ss_wide)((ss_wide_ints)*z & INT32_MAX), gap = *z - c;
+    const ss_wide least = SS_MAP_ALIKE * (ss_wide)((ss_wide_ints)*z & INT32_MAX), gap = *z - c;
     const ss_wide_ints above = *z < g, below = *z > b, none = c == SS_MAP_FAR;
     ss_wide l = half + half * q / SS_WIDE_PICK(gap > least, gap, least);
     l = SS_WIDE_PICK(l > zero, l, zero);

@@ -25,8 +25,6 @@
 #include "technique/map_techniques.h"
 
 #define CAP      1.5  /* texels: half a patch, and half as much again where a surface is curved */
-#define STEEPEST 16.0 /* as the hard shadow's */
-#define APART    0x1p-21f /* relative: eight units in the last place */
 #define NOTHING  1e-9     /* less of the light than this is rounding */
 #define SKIP     3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
 
@@ -58,7 +56,7 @@ static bool keep_layer(peeling *p, const float *from, uint32_t number) {
     for (size_t i = 0; i < n; i++) {
         const float h = from[i];
         p->texels[i * channels + number] = h;
-        p->above[i] = h == SS_MAP_FAR ? h : h + APART * fabsf(h);
+        p->above[i] = h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
         any |= h != SS_MAP_FAR;
     }
     return any;
@@ -84,7 +82,7 @@ static softshadow_status peel(peeling *p, const float *first) {
 /* How much h changes towards the neighbours, per texel; what changes faster is another surface. */
 static float slope_along(const peeling *p, const float *at, bool before, bool after,
                          size_t stride) {
-    const float steep = (float)(STEEPEST * p->frame->texel);
+    const float steep = (float)(SS_MAP_STEEPEST * p->frame->texel);
     float slope = -1;
     for (int side = -1; side <= 1; side += 2) {
         if (!(side < 0 ? before : after)) continue;
@@ -110,7 +108,7 @@ static float compared(const peeling *p, const float *texel, uint32_t x, uint32_t
     const float most = given > 0 ? host : (float)CAP * (fmaxf(across, one) + fmaxf(up, one));
     const float half = mate ? (texel[l + 1] - h) / 2 : least;
     const float away = half < least ? least : half < most ? half : most;
-    return h + away + APART * (fabsf(h) + one);
+    return h + away + SS_MAP_ALIKE * (fabsf(h) + one);
 }
 
 static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {

@@ -466,8 +466,7 @@ const ss_technique ss_exact = {
     .notes = "all lights native; the same samples of the light for every point",
     .needs = SS_NEEDS_BVH | SS_NEEDS_EDGES | SS_NEEDS_COMPONENTS,
     .bound_kind = SOFTSHADOW_BOUND_CERTIFIED,
-    .lights_native = 1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT |
-                     1u << SOFTSHADOW_SUN,
+    .lights_native = SS_LIGHTS_ALL,
     .weightings =
         1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE | 1u << SOFTSHADOW_IRRADIANCE,
     .group = SS_LANES,

@@ -11,11 +11,6 @@
 #include "base/vec.h"
 #include "technique/answers.h"
 
-/* Steepest surface, in h per unit of X, that the depth map's slope bias follows: 86 degrees. Steeper
- * ones receive less than 7 % of the light and are below their own horizon for part of it. */
-#define STEEPEST 16.0
-#define INSIDE (1 + 0x1p-10) /* as scene/light.c */
-
 /* ---- building ------------------------------------------------------------------------------- */
 
 /* A length towards the light, as the host asked for: planes move away by it. */
@@ -38,7 +33,7 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
             .frame = frame,
             .resolution = maps->frames.resolution,
             .slope_texels = bias > 0 || wish->bare ? 0 : wish->slope_texels,
-            .steepest = STEEPEST,
+            .steepest = SS_MAP_STEEPEST,
             .deepest = frame->far_h,
             .held = held,
         };
@@ -100,16 +95,13 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
     return SOFTSHADOW_OK;
 }
 
-void ss_light_maps_free(ss_light_maps *maps) {
+void ss_light_maps_destroy(void *state) {
+    ss_light_maps *maps = state;
+    if (!maps) return;
     ss_free(maps->depth);
     ss_free(maps->plane);
     ss_free(maps->packed);
-}
-
-void ss_light_maps_destroy(void *state) {
-    if (!state) return;
-    ss_light_maps_free(state);
-    ss_free(state);
+    ss_free(maps);
 }
 
 /* ---- showing -------------------------------------------------------------------------------- */
@@ -188,7 +180,7 @@ static void count(const float *visibility, size_t n, ss_counts *counts) {
 static void light_inside(const ss_light_maps *maps, const ss_places *places, size_t n, double nearest,
                          float *visibility) {
     const ss_light *light = &maps->light;
-    const double reach = light->radius * INSIDE, square = reach * reach;
+    const double reach = light->radius * SS_LIGHT_INSIDE, square = reach * reach;
     const double *c = light->centre;
     /* in the frame's coordinates, which is good to 1e-12 of the scene's size: far below a thousandth
      * of a lamp that can be told from a point */

@@ -9,7 +9,12 @@
 #include "raster/raster.h"
 #include "technique/technique.h"
 
-#define SS_LIGHTS_ALL 15u /* a bit per light type */
+/* Relative: depths within eight units in the last place are one surface. */
+#define SS_MAP_ALIKE 0x1p-21f
+/* The steepest surface, in h per unit of X, that a bias follows: 86 degrees. Steeper ones receive
+ * less than 7 % of the light and are below their own horizon for part of it. */
+#define SS_MAP_STEEPEST 16.0
+
 #define SS_LIGHTS_ROUND \
     (1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_SUN)
 #define SS_LIGHTS_RECT (1u << SOFTSHADOW_RECT)
@@ -54,7 +59,6 @@ softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps
 /* A plane of `channels` a texel for all faces, zero, and what answers from it. */
 softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
                                           ss_light_maps_answer *answer);
-void ss_light_maps_free(ss_light_maps *maps);
 
 /* The technique vtable's, for states that begin with an ss_light_maps and hold nothing else. */
 void ss_light_maps_destroy(void *state);

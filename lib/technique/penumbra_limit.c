@@ -36,7 +36,6 @@
 #include "technique/map_techniques.h"
 
 #define SLOPE    1.5 /* texels: as for 2 x 2 comparisons */
-#define STEEPEST 16  /* as the hard shadow's */
 #define NEAR     4   /* h per unit of X: so steep a surface, 76 degrees, is still looked for */
 
 /* ---- building ------------------------------------------------------------------------------- */
@@ -79,7 +78,7 @@ static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
                                        .frame = r->frame,
                                        .resolution = r->side,
                                        .slope_texels = SLOPE,
-                                       .steepest = STEEPEST,
+                                       .steepest = SS_MAP_STEEPEST,
                                        .deepest = r->frame->far_h,
                                        .front_only = true};
     const softshadow_status status = stage->raster->peel(&casters, above, lower, stage->pool);

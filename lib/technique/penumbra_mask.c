@@ -35,9 +35,7 @@ enum { MASK_SURFACE, MASK_COMPARED, MASK_VOLUME, MASK_EDGE, MASK_CHANNELS };
 #define WIDER    1.25 /* volumes than half a penumbra: "to account for sampling errors" (5.1) */
 #define RAISE    2    /* and texels on top */
 #define CAP      1.5  /* texels: as the hard shadow's slope */
-#define STEEPEST 16.0
 #define NEAR     4 /* h per unit of X: so steep a surface, 76 degrees, still goes on */
-#define ALIKE    0x1p-21f /* relative: eight units in the last place are one surface */
 #define AROUND   2        /* edge depths are averaged over 2 * AROUND + 1 places along each axis */
 #define BLUR     12       /* n_blur of 5.5 */
 
@@ -161,13 +159,13 @@ typedef struct comparing {
     const float *second; /* what lies below the first surface */
 } comparing;
 
-/* How much h changes towards the neighbours; what changes faster than STEEPEST is another surface. */
+/* How much h changes towards the neighbours; what changes faster than SS_MAP_STEEPEST is another surface. */
 static float slope_along(const comparing *c, const float *at, bool before, bool after, size_t step) {
     float slope = -1;
     for (int side = -1; side <= 1; side += 2) {
         if (!(side < 0 ? before : after)) continue;
         const float change = fabsf((side < 0 ? at[-(ptrdiff_t)step] : at[step]) - *at);
-        if (change <= (float)STEEPEST * c->one && change > slope) slope = change;
+        if (change <= (float)SS_MAP_STEEPEST * c->one && change > slope) slope = change;
     }
     return slope < 0 ? c->one : slope; /* alone, as in a hair: 45 degrees */
 }
@@ -182,7 +180,7 @@ static float compared(const comparing *c, const float *texel, uint32_t x, uint32
     const float least = (float)CAP * (across + up);
     const float most = (float)CAP * (fmaxf(across, c->one) + fmaxf(up, c->one));
     const float half = second == SS_MAP_FAR ? least : (second - h) / 2;
-    return h + fminf(fmaxf(half, least), most) + ALIKE * (fabsf(h) + c->one);
+    return h + fminf(fmaxf(half, least), most) + SS_MAP_ALIKE * (fabsf(h) + c->one);
 }
 
 static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
@@ -202,7 +200,7 @@ static softshadow_status find_second(const ss_stage *stage, const ss_frame *fram
     const ss_raster_casters casters = {
         .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
     for (size_t i = 0; i < n; i++) {
-        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
+        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + SS_MAP_ALIKE * fabsf(first[i]);
     }
     return stage->raster->peel(&casters, above, second, stage->pool);
 }
@@ -284,7 +282,7 @@ static const float *texel_at(const mask_state *mask, const ss_looks *looks, size
 }
 
 static inline bool in_mask(const float *texel, float h) {
-    return h - texel[MASK_VOLUME] > ALIKE * fabsf(h);
+    return h - texel[MASK_VOLUME] > SS_MAP_ALIKE * fabsf(h);
 }
 
 /* One point, and the face it looks at. */

@@ -39,9 +39,7 @@ enum { VOLUME_DEPTH, VOLUME_END, VOLUME_FROM, VOLUME_TO = VOLUME_FROM + 3, VOLUM
 #define WIDER    1.25
 #define RAISE    2
 #define SLOPE    1.5 /* texels to either side: the hard shadow's depths are the deepest there */
-#define STEEPEST 16  /* h per unit of X, along each axis: the most that makes a difference to them */
 #define NEAR     4   /* so steep a surface, 76 degrees, is still the occluder's */
-#define GAP      0x1p-21f /* relative: eight units in the last place */
 
 typedef struct volume_state {
     ss_light_maps maps;
@@ -328,7 +326,7 @@ static softshadow_status build_face(const ss_stage *stage, volume_state *state,
                  .mirrored = ss_frame_mirrored(frame),
                  .paper = state->paper};
     v.near = fminf(v.per_texel, (float)(NEAR * frame->texel));
-    v.steep = (float)(2 * SLOPE * STEEPEST * frame->texel) + v.near;
+    v.steep = (float)(2 * SLOPE * SS_MAP_STEEPEST * frame->texel) + v.near;
     v.key = ss_alloc(n, sizeof *v.key);
     if (!v.key) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
     for (size_t i = 0; i < n; i++) {
@@ -371,12 +369,8 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
     volume_state *volume = *state;
-    const ss_light *light = stage->light;
     volume->paper = stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
-    const double product = ss_length(light->u) * ss_length(light->v);
-    volume->radius = light->type == SOFTSHADOW_RECT ? sqrt(4 * product / M_PI) /* the disk of its area */
-                     : light->ellipse               ? sqrt(product)
-                                                    : light->radius;
+    volume->radius = volume->maps.frames.radius;
     if (volume->paper) paper_falloff(&volume->maps.falloff);
     if (volume->maps.frames.count) status = draw(stage, volume);
     if (status) ss_light_maps_destroy(volume), *state = NULL;
@@ -420,7 +414,7 @@ typedef struct asked {
  */
 static float alone(asked *a, const float *texel, float depth) {
     const float hard = depth < a->h ? 0 : 1;
-    if (!(a->h - texel[VOLUME_DEPTH] > GAP * fabsf(a->h))) return hard;
+    if (!(a->h - texel[VOLUME_DEPTH] > SS_MAP_ALIKE * fabsf(a->h))) return hard;
     const float *ends = texel + VOLUME_FROM;
     if (!a->ends || memcmp(a->ends, ends, 6 * sizeof *ends) != 0) {
         const double t = cut(a->state, ends, a->point);

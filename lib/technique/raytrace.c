@@ -286,7 +286,7 @@ static void add_weighted(const eye *e, tally *sum, const float s[PACKET], const 
     for (int i = 0; i < PACKET; i++) {
         if (!(valid >> i & 1)) continue;
         const double weight = ss_light_weight(stage->light, &e->view, stage->params->weighting,
-                                              e->normal ? e->normal : NULL, s[i], t[i]);
+                                              e->normal, s[i], t[i]);
         sum->weight += weight, sum->squares += weight * weight;
         if (!(out >> i & 1)) sum->seen += weight;
     }
@@ -552,8 +552,6 @@ static size_t bytes(const void *made) {
            (self->few ? ss_samples_bytes(self->few) : 0);
 }
 
-#define EVERY_LIGHT (1u << SOFTSHADOW_SPHERE | 1u << SOFTSHADOW_DISK | 1u << SOFTSHADOW_RECT | \
-                     1u << SOFTSHADOW_SUN)
 
 const ss_technique ss_raytrace = {
     .name = "raytrace",
@@ -562,7 +560,7 @@ const ss_technique ss_raytrace = {
     .notes = "converges to the truth; error_bound holds at 99.9 % of points",
     .needs = SS_NEEDS_BVH | SS_NEEDS_RAYS,
     .bound_kind = SOFTSHADOW_BOUND_STATISTICAL,
-    .lights_native = EVERY_LIGHT,
+    .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM | 1u << SOFTSHADOW_SOLID_ANGLE |
                   1u << SOFTSHADOW_IRRADIANCE,
     .settles = true,

@@ -22,8 +22,6 @@
 #define RIM 16.0 /* steeper than this, in texels a texel, is an occluder's rim: the hard shadow's  \
                   */
 #define NOWHERE 1e15f    /* a squared distance */
-#define GAP     0x1p-21f /* relative: eight units in the last place */
-#define ALIKE   0x1p-21f
 
 enum {
     WIDTH_DEPTH,
@@ -132,7 +130,7 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *
         .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
     softshadow_status status = stage->raster->depth(&casters, first, stage->pool);
     for (size_t i = 0; i < (size_t)side * side; i++) {
-        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + ALIKE * fabsf(first[i]);
+        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + SS_MAP_ALIKE * fabsf(first[i]);
     }
     return status ? status : stage->raster->peel(&casters, above, second, stage->pool);
 }
@@ -195,7 +193,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 static inline float inner_of(const float *texel, float h, float rate) {
     const float gap = h - texel[WIDTH_DEPTH], inside = texel[WIDTH_INSIDE];
     if (!(gap > 0)) return 1;
-    if (!(gap > GAP * fabsf(h))) return 0;
+    if (!(gap > SS_MAP_ALIKE * fabsf(h))) return 0;
     const float open = 1 - inside / (rate * gap);
     return open > 0 ? open < 1 ? open : 1 : 0;
 }

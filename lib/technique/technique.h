@@ -23,6 +23,7 @@ enum {
     SS_NEEDS_SILHOUETTES = 32 /* silhouette/silhouette.h's tree, and the edge table it reads */
 };
 
+#define SS_LIGHTS_ALL 15u /* a bit per light type */
 #define SS_MOST_LAYERS 64 /* that a build may ask for */
 #define SS_MOST_SAMPLES (1u << 24) /* likewise, and a measurement */
 

@@ -11,9 +11,6 @@
 #include "base/status.h"
 #include "base/vec.h"
 
-/* What a face's side may be misjudged by in float arithmetic, in local units: more than the
- * rounding of its corners, of a point and of the sums, all within [-1, 1]. */
-#define SIDE_ERROR   0x1p-18f
 #define NORMAL_ERROR 0x1p-20f
 #define LEAST_COSINE 0.02 /* a wider cone tells nothing */
 
@@ -49,7 +46,7 @@ static softshadow_status find_normals(void *ctx, uint64_t begin, uint64_t end) {
         ss_cross(e, f, n);
         const double area = ss_length(n), longest = fmax(ss_length(e), ss_length(f));
         /* A face thinner than the rounding of its corners can turn over when it is projected. */
-        b->normal[i][3] = area > SIDE_ERROR * longest ? 1 : 0;
+        b->normal[i][3] = area > SS_SIDE_ERROR * longest ? 1 : 0;
         if (area > 0) {
             for (int k = 0; k < 3; k++) b->normal[i][k] = (float)(n[k] / area);
         }
@@ -85,8 +82,8 @@ static bool set_ranges(const builder *b, ss_outline_node *node, uint32_t slot, u
         node->normal_high[k][slot] = high[k] + NORMAL_ERROR;
         axis[k] = sum[k];
     }
-    node->offset_low[slot] = (float)least - SIDE_ERROR;
-    node->offset_high[slot] = (float)most + SIDE_ERROR;
+    node->offset_low[slot] = (float)least - SS_SIDE_ERROR;
+    node->offset_high[slot] = (float)most + SS_SIDE_ERROR;
     return true;
 }
 

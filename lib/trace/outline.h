@@ -9,6 +9,10 @@
 
 #define SS_NO_USE UINT32_MAX /* of a triangle without area */
 
+/* What a face's side may be misjudged by in float arithmetic, in local units: more than the
+ * rounding of its corners, of a point and of the sums, all within [-1, 1]. */
+#define SS_SIDE_ERROR 0x1p-18f
+
 /* For each child of the BVH node of the same index. A face's plane is n . (x - middle) = offset,
  * with n the unit normal of its winding; the ranges hold for all faces below. */
 typedef struct ss_outline_node {
