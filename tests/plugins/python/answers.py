@@ -285,7 +285,8 @@ class Names(unittest.TestCase):
                              stdout=subprocess.PIPE, check=True, env=environment).stdout
         ours = [{"name": m.name, "title": m.title, "lights_native": list(m.lights_native),
                  "lights_approximated": list(m.lights_approximated), "bound": m.bound,
-                 "citation": m.citation, "notes": m.notes} for m in softshadow.methods()]
+                 "citation": m.citation, "notes": m.notes, "backends": list(m.backends)}
+                for m in softshadow.methods()]
         self.assertEqual(ours, json.loads(out.decode()))
 
     def test_version(self):
