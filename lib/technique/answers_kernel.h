@@ -22,6 +22,7 @@ void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size
         base += __builtin_convertvector(y, ss_eight_ints) * side;
         base += __builtin_convertvector(x, ss_eight_ints);
         memcpy(at, &base, sizeof at);
+        if (n - i < 8) memset(at + (n - i), 0, (8 - (n - i)) * sizeof *at); /* nobody's: any number */
         for (int k = 0; k < 8; k++) seen[k] = depth[at[k]];
         const ss_eight_ints one = (ss_eight_ints)(1 - (ss_eight){0}), lit = ~(seen < h) & one;
         memcpy(out + i, &lit, (n - i < 8 ? n - i : 8) * sizeof *out);
