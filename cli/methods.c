@@ -110,12 +110,13 @@ int cli_methods(int argc, char **argv) {
     bool json = false;
     const cli_option own[] = {
         {.name = "json", .kind = CLI_FLAG, .into = &json, .help = "as JSON, for programs"}, {0}};
-    const cli_command command = {.name = "methods",
-                                 .usage = "[--json]",
-                                 .about = "Lists the methods: which lights each takes as they are, "
-                                          "which by a stand-in, where\n"
-                                          "it runs, what its error bound means, and the paper it is after.",
-                                 .tables = {own}};
+    const cli_command command = {
+        .name = "methods",
+        .usage = "[--json]",
+        .about = "Lists the methods: which lights each takes as they are, "
+                 "which by a stand-in, where\n"
+                 "it runs, what its error bound means, and the paper it is after.",
+        .tables = {own}};
     char **operands;
     int count, status;
     cli_error error;

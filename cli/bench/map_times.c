@@ -189,10 +189,11 @@ static bool depth_map(timing *t) {
         other = covered(picture);
     }
     if (fine)
-        printf("  depth map       %8.2f ms at best, of %.2f for all of hard's build; Embree's packets "
-               "%.2f, ratio of these two %.2f; texels covered: %zu, %zu\n",
-               1e3 * least(ours, n), 1e3 * bench_median(all, n), 1e3 * bench_median(theirs, n),
-               bench_median(ratio, n), mine, other);
+        printf(
+            "  depth map       %8.2f ms at best, of %.2f for all of hard's build; Embree's packets "
+            "%.2f, ratio of these two %.2f; texels covered: %zu, %zu\n",
+            1e3 * least(ours, n), 1e3 * bench_median(all, n), 1e3 * bench_median(theirs, n),
+            bench_median(ratio, n), mine, other);
     free(picture);
     return fine;
 }
@@ -206,8 +207,8 @@ static bool silhouettes(timing *t) {
             !depth_stats(t, &unused, &seconds[i], &edges))
             return false;
     }
-    printf("  silhouettes     %8.2f ms at best after connectivity: %llu edges\n", 1e3 * least(seconds, n),
-           (unsigned long long)edges);
+    printf("  silhouettes     %8.2f ms at best after connectivity: %llu edges\n",
+           1e3 * least(seconds, n), (unsigned long long)edges);
     return true;
 }
 

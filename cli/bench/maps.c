@@ -153,8 +153,9 @@ bool bench_maps(const bench_cell *cell, const bench_options *options, const char
                100 * (double)m.truth.penumbrae / (double)m.truth.count, m.truth.count, "method",
                "map", "rms", "max", "bias", "ns a point", "build ms");
     if (!csv->length)
-        cli_text_printf(csv, "scene,light,penumbra,method,resolution,rms,max,bias,within,ns_a_point,"
-                             "build_ms\n");
+        cli_text_printf(csv,
+                        "scene,light,penumbra,method,resolution,rms,max,bias,within,ns_a_point,"
+                        "build_ms\n");
     fine = fine && warm_up(&m) && all_ways(&m) && (!path || report_save(csv, path, error));
     bench_truth_free(&m.truth);
     softshadow_destroy(m.handle);

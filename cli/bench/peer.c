@@ -378,7 +378,8 @@ static inline __attribute__((always_inline)) void picture(RTCScene scene, const 
     ints valid = ~(ints){0};
     floats column, row;
     for (int k = 0; k < 3; k++) origin[k] = (float)rays->origin[k];
-    for (int i = 0; i < PACKET; i++) column[i] = (float)(i % 4) + .5f, row[i] = (float)(i / 4) + .5f;
+    for (int i = 0; i < PACKET; i++)
+        column[i] = (float)(i % 4) + .5f, row[i] = (float)(i / 4) + .5f;
     const float per = 2 / (float)rays->side;
     begin(&all.ray, origin);
     for (uint32_t y = 0; y < rays->side; y += 4) {
@@ -392,7 +393,8 @@ static inline __attribute__((always_inline)) void picture(RTCScene scene, const 
             *(ints *)all.hit.geomID = ~(ints){0};
             rtc.Intersect16((const int *)&valid, scene, &context, &all);
             for (uint32_t i = 0; i < 4; i++)
-                memcpy(out + (size_t)(y + i) * rays->side + x, all.ray.tfar + 4 * i, 4 * sizeof *out);
+                memcpy(out + (size_t)(y + i) * rays->side + x, all.ray.tfar + 4 * i,
+                       4 * sizeof *out);
         }
     }
 }

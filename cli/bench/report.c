@@ -84,7 +84,8 @@ static void print_at(const bench_options *o, const bench_result *result, uint32_
     if (!o->automatic) return;
     printf("          auto  %9.1f                  ratio %c%7.2f  %-13s rms %.5f max %.4f%s\n",
            1e9 * at->automatic, mark_of(at), at->peer / at->automatic, "",
-           at->automatic_way.penumbra_rms, at->automatic_way.max, at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
+           at->automatic_way.penumbra_rms, at->automatic_way.max,
+           at->automatic_way.penumbra_rms > e ? "  MISSED" : "");
 }
 
 static void print_ways(const char *name, const bench_way *ways, uint32_t count) {
@@ -133,12 +134,13 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     }
     if (result->scaling > 0)
         printf("  %u threads are %.2f times as fast as one\n", o->threads, result->scaling);
-    printf("  %.1f %% settled; lit point: %.2f ns, rim-adaptive peer %.1f ns, ratio %.1f; first build "
-           "%.1f ms, Embree %.1f ms; peer is %s, %s\n",
-           100 * result->settled, 1e9 * result->ours_lit, 1e9 * result->peer_lit,
-           result->peer_lit / result->ours_lit, 1e3 * result->ours_build, 1e3 * result->peer_build,
-           result->style.coherent ? "coherent" : "incoherent",
-           result->style.clustered ? "clusters" : "rings");
+    printf(
+        "  %.1f %% settled; lit point: %.2f ns, rim-adaptive peer %.1f ns, ratio %.1f; first build "
+        "%.1f ms, Embree %.1f ms; peer is %s, %s\n",
+        100 * result->settled, 1e9 * result->ours_lit, 1e9 * result->peer_lit,
+        result->peer_lit / result->ours_lit, 1e3 * result->ours_build, 1e3 * result->peer_build,
+        result->style.coherent ? "coherent" : "incoherent",
+        result->style.clustered ? "clusters" : "rings");
     print_ways("exact", result->ours, result->ours_count);
     print_ways("peer", result->fixed, result->fixed_count);
     print_ways("rim", result->rim, result->rim_count);

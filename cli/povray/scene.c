@@ -62,7 +62,8 @@ static void put_head(writer *w, const char *include) {
     put(w,
         "// A scene of softshadow %s for POV-Ray 3.7:\n"
         "//     povray +I%s +W%u +H%u +A0.1 %s\n"
-        "// Light: 0 all lights, n only the n-th, -1 none. Pass: 0 the picture; for position and normal\n"
+        "// Light: 0 all lights, n only the n-th, -1 none. Pass: 0 the picture; for position and "
+        "normal\n"
         "// images -A +FN16 File_Gamma=1.0 and Pass=1 (coarse), 2 (fine), 3 (normals).\n"
         "#version 3.7;\n"
         "#ifndef (Light) #declare Light = %d; #end\n"

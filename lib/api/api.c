@@ -47,9 +47,9 @@ static softshadow_status mark(softshadow *handle, bool changes) {
     int users = atomic_load(&handle->users);
     do {
         if (users < 0 || (changes && users > 0)) {
-            return ss_fail(SOFTSHADOW_E_STATE, users < 0
-                                                   ? "another call is changing this handle"
-                                                   : "a query is using this handle: change it later");
+            return ss_fail(SOFTSHADOW_E_STATE,
+                           users < 0 ? "another call is changing this handle"
+                                     : "a query is using this handle: change it later");
         }
     } while (!atomic_compare_exchange_weak(&handle->users, &users, changes ? -1 : users + 1));
     return SOFTSHADOW_OK;
@@ -243,8 +243,9 @@ static softshadow_status check_ready(const softshadow *handle) {
     }
     if (built->geometry_version != handle->scene.geometry_version ||
         built->light_version != handle->scene.light_version) {
-        return ss_fail(SOFTSHADOW_E_STATE,
-                       "the scene changed since the last build: call softshadow_build_maps() again");
+        return ss_fail(
+            SOFTSHADOW_E_STATE,
+            "the scene changed since the last build: call softshadow_build_maps() again");
     }
     return SOFTSHADOW_OK;
 }
@@ -388,7 +389,8 @@ static void sum_up(softshadow *handle, softshadow_stats *stats) {
     stats->map_bytes = built->bytes, stats->peak_bytes = built->peak_bytes;
     stats->lod_triangles = built->lod_triangles;
     pthread_mutex_unlock(&handle->lod_lock);
-    stats->method_used = technique->name, stats->backend_used = totals.counts.spared ? ss_raster_cpu.name : built->plan.raster->name;
+    stats->method_used = technique->name,
+    stats->backend_used = totals.counts.spared ? ss_raster_cpu.name : built->plan.raster->name;
     for (uint32_t i = 0; i < built->light_count; i++) {
         if (technique->silhouette_edges) {
             stats->silhouette_edges += technique->silhouette_edges(built->states[i]);

@@ -31,7 +31,8 @@ static inline int ss_floats_bits(ss_ints mask) {
 }
 /* The mask of four such bits. */
 static inline ss_ints ss_floats_mask(uint32_t bits) {
-    const ss_ints each = {1, 2, 4, 8}, all = {(int32_t)bits, (int32_t)bits, (int32_t)bits, (int32_t)bits};
+    const ss_ints each = {1, 2, 4, 8},
+                  all = {(int32_t)bits, (int32_t)bits, (int32_t)bits, (int32_t)bits};
     return (all & each) == each;
 }
 /* a where it is the less (more), b where it is not or one is NaN. */

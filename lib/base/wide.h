@@ -31,10 +31,10 @@ typedef float ss_eight_there __attribute__((vector_size(32), aligned(4), may_ali
 typedef int32_t ss_eight_ints_there __attribute__((vector_size(32), aligned(4), may_alias));
 
 #define SS_WIDE_ALL(x) ((x) - (ss_wide){0})
-#define SS_WIDE_FOUR(a, j)                                                                          \
+#define SS_WIDE_FOUR(a, j)                                                                         \
     __builtin_shufflevector(a, a, 4 * (j), 4 * (j) + 1, 4 * (j) + 2, 4 * (j) + 3)
 /* yes where the mask is all ones, no where it is zero. */
-#define SS_WIDE_PICK(mask, yes, no)                                                                 \
+#define SS_WIDE_PICK(mask, yes, no)                                                                \
     ((ss_wide)(((mask) & (ss_wide_ints)(yes)) | (~(mask) & (ss_wide_ints)(no))))
 
 /* Of fours, the first lowest. */
@@ -100,13 +100,13 @@ static inline void ss_wide_gather(const float *table, const ss_wide_ints *at, ss
 #define SS_WIDE_LOW_PAIRS(a, b)   __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
 #define SS_WIDE_HIGH_PAIRS(a, b)  __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
 #else
-#define SS_WIDE_LOW(a, b)                                                                           \
+#define SS_WIDE_LOW(a, b)                                                                          \
     __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
-#define SS_WIDE_HIGH(a, b)                                                                          \
+#define SS_WIDE_HIGH(a, b)                                                                         \
     __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
-#define SS_WIDE_LOW_PAIRS(a, b)                                                                     \
+#define SS_WIDE_LOW_PAIRS(a, b)                                                                    \
     __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
-#define SS_WIDE_HIGH_PAIRS(a, b)                                                                    \
+#define SS_WIDE_HIGH_PAIRS(a, b)                                                                   \
     __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
 #endif
 

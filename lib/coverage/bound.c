@@ -84,7 +84,8 @@ static uint64_t weight_marked(const ss_lattice *lattice, const uint32_t *tight,
         const uint32_t *plane = lattice->plane + p * words;
         uint64_t bits = 0;
         for (size_t i = 0; i < words; i++) {
-            bits += (uint64_t)__builtin_popcount(plane[i] & (tight[i] | (lattice->rim[i] & wide[i])));
+            bits +=
+                (uint64_t)__builtin_popcount(plane[i] & (tight[i] | (lattice->rim[i] & wide[i])));
         }
         sum += bits << p;
     }

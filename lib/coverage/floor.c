@@ -96,7 +96,8 @@ static bool edge_divides(const ss_light *light, const double corner[3][3], int e
     const double place = ss_dot(n, a), limit = place - margin * room / 2;
     double support = 0;
     for (int k = 0; k < 3; k++) support += n[k] * (n[k] > 0 ? high[k] : low[k]);
-    return ss_dot(n, c) >= place && support < limit && ss_light_support(light, low, high, n) < limit;
+    return ss_dot(n, c) >= place && support < limit &&
+           ss_light_support(light, low, high, n) < limit;
 }
 
 bool ss_floor_beside(const ss_world *world, const ss_light *light, uint32_t triangle,

@@ -177,7 +177,8 @@ static softshadow_status build(softshadow *handle, const ss_plan *plan, ss_progr
 /* What a request that says ANY does when the GPU fails under it. */
 static softshadow_status build_somewhere(softshadow *handle, ss_plan *plan, ss_progress *progress) {
     softshadow_status status = build(handle, plan, progress);
-    if (status != SOFTSHADOW_E_BACKEND || !plan->any || plan->raster == &ss_raster_cpu) return status;
+    if (status != SOFTSHADOW_E_BACKEND || !plan->any || plan->raster == &ss_raster_cpu)
+        return status;
     ss_plan_spare(plan);
     free_states(&handle->built);
     return build(handle, plan, progress);

@@ -138,9 +138,9 @@ static void develop(const picture *pic, const ss_stage *stage, const double *nor
             const bool on = !pic->view.disk || s * s + t * t <= 1;
             const bool below = normal && ss_light_below(&pic->view, normal, s, t);
             const bool hidden = below || !isinf(pic->nearest[at]);
-            const double weight =
-                on ? ss_light_weight(stage->light, &pic->view, stage->params->weighting, normal, s, t)
-                   : 0;
+            const double weight = on ? ss_light_weight(stage->light, &pic->view,
+                                                       stage->params->weighting, normal, s, t)
+                                     : 0;
             all += weight, seen += hidden ? 0 : weight;
             if (out->image) out->image[at] = on ? (hidden ? 0.0f : 1.0f) : NAN;
             if (!on) pic->hider[at] = SOFTSHADOW_NO_PRIMITIVE;
@@ -168,7 +168,8 @@ static void report_view(const picture *pic, const ss_world *world, const ss_stag
     const bool sun = stage->light->type == SOFTSHADOW_SUN;
     for (int k = 0; k < 3; k++) {
         const double at = pic->view.centre[k] + p[k];
-        out->centre[k] = sun ? pic->view.centre[k] : at / world->scale + world->half[k] + world->low[k];
+        out->centre[k] =
+            sun ? pic->view.centre[k] : at / world->scale + world->half[k] + world->low[k];
         out->u[k] = sun ? pic->view.a[k] : pic->view.a[k] / world->scale;
         out->v[k] = sun ? pic->view.b[k] : pic->view.b[k] / world->scale;
     }
@@ -221,9 +222,10 @@ softshadow_status ss_engine_explain(softshadow *handle, softshadow_explanation *
                                       .normal_stride = 12};
     ss_point point;
     if (!ss_engine_point(stage, &points, 0, &point)) {
-        return ss_fail(SOFTSHADOW_E_ARGUMENT,
-                       "explanation.point: (%g, %g, %g), must be finite, within +-1e15 and the bounds",
-                       out->point[0], out->point[1], out->point[2]);
+        return ss_fail(
+            SOFTSHADOW_E_ARGUMENT,
+            "explanation.point: (%g, %g, %g), must be finite, within +-1e15 and the bounds",
+            out->point[0], out->point[1], out->point[2]);
     }
     softshadow_status status = SOFTSHADOW_OK;
     ss_bvh *bvh = NULL;

@@ -46,7 +46,8 @@ static inline void read_eight(const char *at, ss_places *out, size_t i) {
     }
 }
 
-static inline void read_all(const softshadow_points *points, size_t first, size_t n, ss_places *out) {
+static inline void read_all(const softshadow_points *points, size_t first, size_t n,
+                            ss_places *out) {
     size_t i = 0;
     if (points->position_type != SOFTSHADOW_F64 && points->position_stride == 3 * sizeof(float)) {
         const char *at = (const char *)points->positions + first * points->position_stride;
@@ -62,8 +63,8 @@ static inline void read_all(const softshadow_points *points, size_t first, size_
 /* ---- as the techniques want them ------------------------------------------------------------ */
 
 /* *good: may all of them be answered? */
-void RUNG(ss_places_read)(const ss_stage *stage, const softshadow_points *points, size_t first, size_t n,
-                    ss_places *out, bool *good) {
+void RUNG(ss_places_read)(const ss_stage *stage, const softshadow_points *points, size_t first,
+                          size_t n, ss_places *out, bool *good) {
     const ss_world *world = stage->world;
     const double *bounds = stage->params->bounds;
     const bool bounded = stage->params->bounded;

@@ -26,8 +26,8 @@ static softshadow_status check_bounds(const double *bounds) {
     for (int k = 0; k < 3 && bounds; k++) {
         if (bounds[k] <= bounds[3 + k] && isfinite(bounds[k]) && isfinite(bounds[3 + k])) continue;
         return ss_fail(SOFTSHADOW_E_ARGUMENT,
-                       "build.bounds: %g..%g along axis %d, must be finite, lowest first", bounds[k],
-                       bounds[3 + k], k);
+                       "build.bounds: %g..%g along axis %d, must be finite, lowest first",
+                       bounds[k], bounds[3 + k], k);
     }
     return SOFTSHADOW_OK;
 }
@@ -92,8 +92,9 @@ bool ss_plan_method(uint32_t index, softshadow_method *method) {
     if (index) return true;
     method->name = "auto";
     method->title = "What meets the tolerance asked for in the least time (the default)";
-    method->notes = "samples as the tolerance needs; coarser levels of dense meshes where they repay "
-                    "their making, else rays for what takes longer, unless bounds are asked for";
+    method->notes =
+        "samples as the tolerance needs; coarser levels of dense meshes where they repay "
+        "their making, else rays for what takes longer, unless bounds are asked for";
     return true;
 }
 

@@ -242,7 +242,8 @@ static void read_points(const batch *b, bool plain, size_t first, size_t n, ss_p
         if (plain) {
             double host[3];
             float f[3];
-            memcpy(f, (const char *)b->points->positions + i * b->points->position_stride, sizeof f);
+            memcpy(f, (const char *)b->points->positions + i * b->points->position_stride,
+                   sizeof f);
             for (int k = 0; k < 3; k++) host[k] = f[k], point->normal[k] = 0;
             ss_world_local(stage->world, host, point->p);
             point->ulp = 0x1p-23f, point->triangle = SS_NO_TRIANGLE;

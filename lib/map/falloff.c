@@ -46,7 +46,8 @@ static double paper_at(ss_falloff_paper paper, double l) {
     return (1 - cos(M_PI * l)) / 2;
 }
 
-void ss_falloff_make(ss_falloff *out, uint32_t kind, ss_falloff_paper paper, const ss_light *light) {
+void ss_falloff_make(ss_falloff *out, uint32_t kind, ss_falloff_paper paper,
+                     const ss_light *light) {
     const bool own = kind == SOFTSHADOW_FALLOFF_DISK || kind == SOFTSHADOW_FALLOFF_PROFILE ||
                      (kind == SOFTSHADOW_FALLOFF_PAPER && paper == SS_FALLOFF_TABLE);
     if (own && light->profile_count > 1) {

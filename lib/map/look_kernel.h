@@ -20,7 +20,8 @@ typedef int32_t ints_there __attribute__((vector_size(4 * LANES), aligned(4), ma
 typedef float wide_floats __attribute__((vector_size(4 * LANES)));
 typedef int32_t wide_ints __attribute__((vector_size(4 * LANES)));
 
-void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size_t n, ss_looks *out) {
+void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size_t n,
+                          ss_looks *out) {
     const ss_frame f = frames->face[0];
     const double per = 1 / f.texel, low_x = f.low[0] * per, low_y = f.low[1] * per;
     const double behind = f.inverse > 0 ? 1 / f.inverse : INFINITY; /* the light, on the axis */
@@ -54,7 +55,8 @@ void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size
         *(ints_there *)(out->h + i) = deep;
     }
     out->nearest = INFINITY;
-    for (int k = 0; k < LANES; k++) out->nearest = least[k] < out->nearest ? least[k] : out->nearest;
+    for (int k = 0; k < LANES; k++)
+        out->nearest = least[k] < out->nearest ? least[k] : out->nearest;
     memset(out->base, 0, sizeof out->base);
     memset(out->face, 0, sizeof out->face);
 }

@@ -51,8 +51,9 @@ typedef struct ss_raster_table {
 } ss_raster_table;
 #define SS_RASTER_TABLES 6
 
-/* How a technique keeps what covers a texel: of all that is offered there the one with the least key, the
- * first of those that are alike. The same twice: for machines that run C, and as text. */
+/* How a technique keeps what covers a texel: of all that is offered there the one with the least
+ * key; which of those that are alike is the machine's to choose, and always the same one. The same
+ * twice: for machines that run C, and as text. */
 #define SS_RASTER_INK_TABLES 3
 typedef struct ss_raster_ink {
     ss_raster_shade *shade; /* offers and keeps by itself */
@@ -67,12 +68,13 @@ typedef struct ss_raster_ink {
     float first_key; /* what each texel has at first: only lesser keys count */
     void (*keep)(void *keep_ctx, uint32_t x, uint32_t y, float key, const float value[4]);
     void *keep_ctx;
-    /* Of keep_ctx. What lets the CPU draw near things first and pass over what is too far to be kept; NULL: all is
-     * drawn. `least` is not above the distance, in a measure of the ink's own, of anything that a tag
-     * with attributes within low..high can offer; *kind: 0 or 1, as room() tells apart. `room` gives for
-     * both kinds a distance from which on nothing is kept in a box of texels (last ones included) of what
-     * has attribute 1 not below `nearest`. */
-    float (*least)(const void *keep_ctx, uint32_t tag, const float *low, const float *high, int *kind);
+    /* Of keep_ctx. What lets the CPU draw near things first and pass over what is too far to be
+     * kept; NULL: all is drawn. `least` is not above the distance, in a measure of the ink's own,
+     * of anything that a tag with attributes within low..high can offer; *kind: 0 or 1, as room()
+     * tells apart. `room` gives for both kinds a distance from which on nothing is kept in a box of
+     * texels (last ones included) of what has attribute 1 not below `nearest`. */
+    float (*least)(const void *keep_ctx, uint32_t tag, const float *low, const float *high,
+                   int *kind);
     void (*room)(const void *keep_ctx, const uint32_t box[4], float nearest, float most[2]);
 } ss_raster_ink;
 
@@ -125,8 +127,8 @@ typedef struct ss_raster {
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
     /* What the ink keeps of the triangles, whose corners may be anywhere. */
-    softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool);
+    softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count,
+                              uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);
 
     /* Questions. NULL, all four: they are asked in C. A ticket is to be waited for, whatever happened
      * meanwhile; looks and answers stay where they are until then. Any number of threads may ask. */

@@ -52,8 +52,9 @@ void ss_light_view(const ss_light *light, const double p[3], ss_view *view) {
         view_sphere(light, view);
     } else {
         const double height = ss_dot(view->normal, view->centre);
-        view->edge_on = !light->point &&
-                        fabs(height) <= SS_LIGHT_EDGE_ON * (ss_length(view->centre) + light->radius);
+        view->edge_on =
+            !light->point &&
+            fabs(height) <= SS_LIGHT_EDGE_ON * (ss_length(view->centre) + light->radius);
     }
 }
 

@@ -47,12 +47,13 @@ static softshadow_status check_array(const char *name, const void *array, size_t
                        count);
     }
     if (*stride < size) {
-        return ss_fail(SOFTSHADOW_E_ARGUMENT, "mesh.%s: stride %zu, must be 0 or at least %zu bytes",
-                       name, *stride, size);
+        return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                       "mesh.%s: stride %zu, must be 0 or at least %zu bytes", name, *stride, size);
     }
     if (!ss_multiply(count, *stride, &bytes) || bytes > PTRDIFF_MAX) {
         return ss_fail(SOFTSHADOW_E_ARGUMENT,
-                       "mesh.%s: %zu items of stride %zu do not fit in memory", name, count, *stride);
+                       "mesh.%s: %zu items of stride %zu do not fit in memory", name, count,
+                       *stride);
     }
     return SOFTSHADOW_OK;
 }
@@ -110,7 +111,8 @@ static softshadow_status check_shape(const softshadow_mesh *given, ss_mesh *mesh
     softshadow_status status =
         check_array("positions", given->positions, given->vertex_count,
                     position_size(given->position_type), &mesh->position_stride);
-    if (!status) status = check_array("indices", given->indices, given->triangle_count, packed, &packed);
+    if (!status)
+        status = check_array("indices", given->indices, given->triangle_count, packed, &packed);
     if (!status && given->uvs) {
         status = check_array("uvs", given->uvs, given->vertex_count, 2 * sizeof(float),
                              &mesh->uv_stride);
@@ -144,10 +146,11 @@ static softshadow_status check_vertices(const ss_mesh *mesh) {
         double p[3];
         ss_mesh_vertex(mesh, i, p);
         if (!usable(p)) {
-            return ss_fail(SOFTSHADOW_E_MESH,
-                           "mesh.positions: vertex %zu is (%g, %g, %g)%s, must be finite and within "
-                           "+-1e15",
-                           i, p[0], p[1], p[2], mesh->transformed ? " after the transform" : "");
+            return ss_fail(
+                SOFTSHADOW_E_MESH,
+                "mesh.positions: vertex %zu is (%g, %g, %g)%s, must be finite and within "
+                "+-1e15",
+                i, p[0], p[1], p[2], mesh->transformed ? " after the transform" : "");
         }
     }
     for (size_t i = 0; mesh->uvs && i < mesh->vertex_count; i++) {
@@ -261,8 +264,9 @@ softshadow_status ss_scene_add_mesh(ss_scene *scene, const softshadow_mesh *give
 
 static softshadow_status check_id(const ss_scene *scene, uint32_t id) {
     if (id < scene->mesh_count && scene->meshes[id].used) return SOFTSHADOW_OK;
-    return ss_fail(SOFTSHADOW_E_ARGUMENT, "mesh_id: %u, is not a mesh of this scene (%u were added)",
-                   id, scene->mesh_count);
+    return ss_fail(SOFTSHADOW_E_ARGUMENT,
+                   "mesh_id: %u, is not a mesh of this scene (%u were added)", id,
+                   scene->mesh_count);
 }
 
 softshadow_status ss_scene_update_mesh(ss_scene *scene, uint32_t id, const softshadow_mesh *given) {
@@ -338,8 +342,10 @@ static softshadow_status check_radius(const softshadow_light *light) {
     if (light->radius >= 0 && light->radius <= (sun ? WIDEST_SUN : SS_COORDINATE_LIMIT)) {
         return SOFTSHADOW_OK;
     }
-    return ss_fail(SOFTSHADOW_E_LIGHT, sun ? "light.radius: %g, must be 0..1.396 radians (80 degrees)"
-                                           : "light.radius: %g, must be 0..1e15", light->radius);
+    return ss_fail(SOFTSHADOW_E_LIGHT,
+                   sun ? "light.radius: %g, must be 0..1.396 radians (80 degrees)"
+                       : "light.radius: %g, must be 0..1e15",
+                   light->radius);
 }
 
 static softshadow_status check_profile(const softshadow_light *light) {
@@ -349,7 +355,8 @@ static softshadow_status check_profile(const softshadow_light *light) {
                        light->profile_count);
     }
     if (light->type == SOFTSHADOW_RECT) {
-        return ss_fail(SOFTSHADOW_E_LIGHT, "light.profile: is for sphere, disk and sun, not for rect");
+        return ss_fail(SOFTSHADOW_E_LIGHT,
+                       "light.profile: is for sphere, disk and sun, not for rect");
     }
     bool any = false;
     for (uint32_t i = 0; i < light->profile_count; i++) {
@@ -387,11 +394,13 @@ softshadow_status ss_scene_add_light(ss_scene *scene, const softshadow_light *gi
     light.profile = NULL;
     if (!given->profile) light.profile_count = 0;
     if (!reserve(&scene->lights, scene->light_count, &scene->light_capacity, sizeof light)) {
-        return ss_fail(SOFTSHADOW_E_MEMORY, "light: out of memory for light %u", scene->light_count);
+        return ss_fail(SOFTSHADOW_E_MEMORY, "light: out of memory for light %u",
+                       scene->light_count);
     }
     if (light.profile_count) {
         light.profile = copy_array(given->profile, light.profile_count, 4, 4);
-        if (!light.profile) return ss_fail(SOFTSHADOW_E_MEMORY, "light: out of memory for a profile");
+        if (!light.profile)
+            return ss_fail(SOFTSHADOW_E_MEMORY, "light: out of memory for a profile");
     }
     if (only) {
         for (uint32_t i = 0; i < scene->light_count; i++) ss_free((void *)scene->lights[i].profile);

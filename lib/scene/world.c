@@ -52,9 +52,10 @@ static softshadow_status count_casters(ss_world *world, const ss_scene *scene) {
         }
     }
     if (world->vertex_count >= UINT32_MAX || world->triangle_count >= UINT32_MAX) {
-        return ss_fail(SOFTSHADOW_E_ARGUMENT,
-                       "scene: %zu vertices and %zu triangles cast, must be fewer than 2^32 - 1 each",
-                       world->vertex_count, world->triangle_count);
+        return ss_fail(
+            SOFTSHADOW_E_ARGUMENT,
+            "scene: %zu vertices and %zu triangles cast, must be fewer than 2^32 - 1 each",
+            world->vertex_count, world->triangle_count);
     }
     world->scale = 1;
     if (world->mesh_count) place_origin(world, low, high);
@@ -156,7 +157,8 @@ void ss_world_vertex(const ss_world *world, uint32_t v, double out[3]) {
 
 void ss_world_triangle(const ss_world *world, uint32_t t, double out[3][3]) {
     const ss_world_mesh *part = ss_world_mesh_of(world, t);
-    for (int i = 0; i < 3; i++) local_vertex(world, part, world->indices[3 * (size_t)t + i], out[i]);
+    for (int i = 0; i < 3; i++)
+        local_vertex(world, part, world->indices[3 * (size_t)t + i], out[i]);
 }
 
 uint64_t ss_world_primitive(const ss_world *world, uint32_t triangle) {

@@ -49,7 +49,8 @@ int ss_silhouette_sign(const ss_world *world, uint32_t t, const ss_eye *eye) {
         determinant += (p - q) * d[k];
         permanent += (fabs(p) + fabs(q)) * fabs(d[k]);
     }
-    if (permanent > 1e-280 && fabs(determinant) > FILTER * permanent) return determinant > 0 ? 1 : -1;
+    if (permanent > 1e-280 && fabs(determinant) > FILTER * permanent)
+        return determinant > 0 ? 1 : -1;
     const int exact = eye->w ? ss_orient3d(a, b, c, eye->place)
                              : ss_orient3d_towards(a, b, c, eye->place);
     return exact > 0 ? 1 : -1;
@@ -82,7 +83,8 @@ static bool append(ss_silhouette *list, size_t *room, const ss_silhouette_edge *
     return true;
 }
 
-static bool append_edge(const finder *f, uint32_t e, int64_t sum, ss_silhouette *list, size_t *room) {
+static bool append_edge(const finder *f, uint32_t e, int64_t sum, ss_silhouette *list,
+                        size_t *room) {
     const ss_edge *edge = &f->topology->edges[e];
     if (sum == 0) return true;
     const bool forwards = sum > 0;
@@ -224,7 +226,8 @@ static softshadow_status join(ss_silhouette *out, const ss_silhouette *parts, si
     size_t count = 0;
     for (size_t i = 0; i < n; i++) count += parts[i].count;
     out->edges = ss_alloc(count, sizeof *out->edges);
-    if (!out->edges) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", count);
+    if (!out->edges)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", count);
     for (size_t i = 0; i < n; i++) {
         if (parts[i].count == 0) continue;
         memcpy(out->edges + out->count, parts[i].edges, parts[i].count * sizeof *out->edges);
@@ -237,7 +240,8 @@ softshadow_status ss_silhouette_find(ss_silhouette *out, const ss_silhouette_tre
                                      const ss_world *world, const ss_topology *topology,
                                      const ss_eye *eye, ss_pool *pool) {
     *out = (ss_silhouette){0};
-    finder f = {.tree = tree, .world = world, .topology = topology, .eye = *eye, .doubt = doubt_of(eye)};
+    finder f = {
+        .tree = tree, .world = world, .topology = topology, .eye = *eye, .doubt = doubt_of(eye)};
     f.top = tree->levels ? tree->levels - 1 : 0;
     while (f.top > 0 && tree->count[f.top] < TASKS) f.top--;
     const size_t tasks = tree->levels ? tree->count[f.top] : 0;
@@ -266,7 +270,8 @@ static size_t count_tested(const ss_silhouette_tree *tree, uint32_t level, size_
 size_t ss_silhouette_tested(const ss_silhouette_tree *tree, const ss_eye *eye) {
     size_t sum = tree->free_count;
     const uint32_t top = tree->levels ? tree->levels - 1 : 0;
-    for (size_t i = 0; tree->levels && i < tree->count[top]; i++) sum += count_tested(tree, top, i, eye);
+    for (size_t i = 0; tree->levels && i < tree->count[top]; i++)
+        sum += count_tested(tree, top, i, eye);
     return sum;
 }
 

@@ -91,7 +91,8 @@ static softshadow_status find_keys(void *ctx, uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; i++) {
         const ss_edge *edge = &b->topology->edges[b->tree->balanced[i]];
         const float *p = b->world->vertices + 3 * (size_t)edge->vertex[0];
-        const float *n = b->tree->planes[ss_use_triangle(b->topology->uses[edge->first_use])].normal;
+        const float *n =
+            b->tree->planes[ss_use_triangle(b->topology->uses[edge->first_use])].normal;
         uint32_t key = 0;
         for (int k = 0; k < 3; k++) {
             key |= spread((uint32_t)((p[k] + 1) * 255.99f)) << k;
@@ -217,7 +218,8 @@ static void make_parent(const ss_silhouette_node *child, size_t n, ss_silhouette
     for (size_t i = 0; i < n; i++) {
         double low[3], high[3];
         for (int k = 0; k < 3; k++) {
-            low[k] = child[i].centre[k] - child[i].radius, high[k] = child[i].centre[k] + child[i].radius;
+            low[k] = child[i].centre[k] - child[i].radius,
+            high[k] = child[i].centre[k] + child[i].radius;
             g.axis[k] += child[i].axis[k];
         }
         take_point(&g, low, high);
@@ -239,11 +241,13 @@ static softshadow_status make_levels(builder *b) {
         const size_t fan = level ? SS_SILHOUETTE_FAN : SS_SILHOUETTE_LEAF;
         const size_t n = (below + fan - 1) / fan;
         tree->node[level] = ss_alloc(n, sizeof *tree->node[level]);
-        if (!tree->node[level]) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for silhouettes");
+        if (!tree->node[level])
+            return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for silhouettes");
         tree->count[level] = n;
         tree->levels++;
         if (level == 0) {
-            const softshadow_status status = ss_parallel_for(b->pool, n, GRAIN / 16, make_leaves, b);
+            const softshadow_status status =
+                ss_parallel_for(b->pool, n, GRAIN / 16, make_leaves, b);
             if (status) return status;
         }
         for (size_t i = 0; i < n && level; i++) {
@@ -284,6 +288,7 @@ void ss_silhouette_tree_destroy(ss_silhouette_tree *tree) {
 size_t ss_silhouette_tree_bytes(const ss_silhouette_tree *tree) {
     size_t bytes = sizeof *tree + (3 * tree->balanced_count + tree->free_count) * sizeof(uint32_t);
     bytes += tree->triangle_count * sizeof *tree->planes;
-    for (uint32_t i = 0; i < tree->levels; i++) bytes += tree->count[i] * sizeof(ss_silhouette_node);
+    for (uint32_t i = 0; i < tree->levels; i++)
+        bytes += tree->count[i] * sizeof(ss_silhouette_node);
     return bytes;
 }

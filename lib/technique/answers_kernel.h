@@ -29,7 +29,9 @@ void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size
     }
 }
 /* The sum over the four texels, pairs first. */
-static inline ss_floats sum_of(const ss_floats part[4]) { return (part[0] + part[1]) + (part[2] + part[3]); }
+static inline ss_floats sum_of(const ss_floats part[4]) {
+    return (part[0] + part[1]) + (part[2] + part[3]);
+}
 
 /* Coordinates, as many as a block may have, to shares; 0 and 1 stay what they are. See falloff.h. */
 static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n, float *out) {
@@ -62,10 +64,12 @@ static inline uint32_t in_all(uint32_t bits) {
 
 /* The outer coordinates of texels for receivers at h, by their weights. */
 static inline void outer_share(const ss_wide channel[4], ss_wide *weight, const ss_wide *h) {
-    const ss_wide vertex = channel[SS_OUTER_VERTEX], one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
+    const ss_wide vertex = channel[SS_OUTER_VERTEX], one = SS_WIDE_ALL(1.f),
+                  zero = SS_WIDE_ALL(0.f);
     const ss_wide gap = *h - vertex, part = channel[SS_OUTER_RISE] / gap;
     const ss_wide size = (ss_wide)((ss_wide_ints)*h & INT32_MAX);
-    const ss_wide_ints soft = (gap > SS_MAP_ALIKE * size) & (part < one), dark = channel[SS_OUTER_DEPTH] < *h;
+    const ss_wide_ints soft = (gap > SS_MAP_ALIKE * size) & (part < one),
+                       dark = channel[SS_OUTER_DEPTH] < *h;
     const ss_wide share = SS_WIDE_PICK(soft, part, one);
     *weight *= SS_WIDE_PICK(dark, zero, share);
 }
@@ -141,7 +145,8 @@ static inline ss_floats between(ss_wide channel[SS_PARTS][4], const ss_wide weig
 /* Each alone; where there is no penumbra, or under the paper's way, the hard shadow of each, g and b
  * brought together at the surface that is on top. */
 static inline void alone(const ss_wide channel[4], ss_wide *weight, const ss_wide *z, bool paper) {
-    const ss_wide c = channel[LIMIT_C], g = channel[LIMIT_G], b = channel[LIMIT_B], q = channel[LIMIT_Q];
+    const ss_wide c = channel[LIMIT_C], g = channel[LIMIT_G], b = channel[LIMIT_B],
+                  q = channel[LIMIT_Q];
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f), half = SS_WIDE_ALL(.5f);
     const ss_wide least = SS_MAP_ALIKE * (ss_wide)((ss_wide_ints)*z & INT32_MAX), gap = *z - c;
     const ss_wide_ints above = *z < g, below = *z > b, none = c == SS_MAP_FAR;

@@ -14,7 +14,8 @@ typedef struct ss_cells {
     ss_floats u, v;
 } ss_cells;
 
-static inline void ss_cells_find(ss_cells *out, const ss_light_maps *maps, const ss_looks *looks, size_t i) {
+static inline void ss_cells_find(ss_cells *out, const ss_light_maps *maps, const ss_looks *looks,
+                                 size_t i) {
     const uint32_t side = maps->frames.resolution;
     const ss_floats most = ss_floats_all((float)side - 1.5f), zero = {0, 0, 0, 0};
     ss_floats x = ss_floats_load(looks->x + i) - .5f, y = ss_floats_load(looks->y + i) - .5f;

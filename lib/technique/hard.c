@@ -15,8 +15,9 @@ const ss_technique ss_hard = {
     .name = "hard",
     .title = "shadow map: the hard shadow of the light's centre",
     .cite = "Williams78",
-    .notes = "No penumbra, whatever the light's size. A surface may shadow itself where it is steeper "
-             "than 86 degrees to the light; a contact shadow may start up to half a texel's depth late.",
+    .notes =
+        "No penumbra, whatever the light's size. A surface may shadow itself where it is steeper "
+        "than 86 degrees to the light; a contact shadow may start up to half a texel's depth late.",
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,

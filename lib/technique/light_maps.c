@@ -48,7 +48,8 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
 }
 
 static softshadow_status no_memory(const ss_light_maps *maps) {
-    return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for %u maps of %u x %u texels",
+    return ss_fail(SOFTSHADOW_E_MEMORY,
+                   "build.resolution: out of memory for %u maps of %u x %u texels",
                    maps->frames.count, maps->frames.resolution, maps->frames.resolution);
 }
 
@@ -170,15 +171,16 @@ static void count(const float *visibility, size_t n, ss_counts *counts) {
         ones -= (ss_ints)(v == one), zeros -= (ss_ints)(v == zero);
     }
     uint64_t lit = (uint64_t)ones[0] + (uint64_t)ones[1] + (uint64_t)ones[2] + (uint64_t)ones[3];
-    uint64_t umbra = (uint64_t)zeros[0] + (uint64_t)zeros[1] + (uint64_t)zeros[2] + (uint64_t)zeros[3];
+    uint64_t umbra =
+        (uint64_t)zeros[0] + (uint64_t)zeros[1] + (uint64_t)zeros[2] + (uint64_t)zeros[3];
     for (; i < n; i++) lit += visibility[i] == 1, umbra += visibility[i] == 0;
     counts->lit += lit, counts->umbra += umbra, counts->penumbra += n - lit - umbra;
 }
 
 /* Points that see all of a lamp because they are inside it. nearest: a square that no point's
  * distance is below. */
-static void light_inside(const ss_light_maps *maps, const ss_places *places, size_t n, double nearest,
-                         float *visibility) {
+static void light_inside(const ss_light_maps *maps, const ss_places *places, size_t n,
+                         double nearest, float *visibility) {
     const ss_light *light = &maps->light;
     const double reach = light->radius * SS_LIGHT_INSIDE, square = reach * reach;
     const double *c = light->centre;
@@ -234,8 +236,8 @@ static void finish(const ss_light_maps *maps, const ss_point *points, size_t n, 
     count(visibility, n, counts);
 }
 
-void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_point *points, size_t n,
-                           float *visibility, float *bound, ss_counts *counts) {
+void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_point *points,
+                           size_t n, float *visibility, float *bound, ss_counts *counts) {
     (void)stage;
     const ss_light_maps *maps = state;
     for (size_t first = 0; first < n && maps->frames.count; first += SS_PLACES) {
@@ -276,7 +278,8 @@ void ss_light_maps_lift_words(const ss_frame *frame, float *words) {
     words[14] = (float)frame->texel, words[15] = (float)frame->inverse;
 }
 
-softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl, ss_raster_question *question) {
+softshadow_status ss_light_maps_ask(ss_light_maps *maps, const char *glsl,
+                                    ss_raster_question *question) {
     question->glsl = NULL;
     if (!maps->frames.count) return SOFTSHADOW_OK;
     maps->words[0] = (float)maps->frames.resolution;
@@ -357,8 +360,10 @@ const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL
     "    uvec2 cell = uvec2(low);\n"
     "    vec2 share = low - vec2(cell);\n"
     "    uint a = (base_of(face) + cell.y * side() + cell.x) * 4u, b = a + side() * 4u;\n"
-    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, look.z);\n"
-    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, look.z);\n"
+    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, "
+    "look.z);\n"
+    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, "
+    "look.z);\n"
     "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
     "}\n";
 

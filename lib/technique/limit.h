@@ -53,7 +53,8 @@ static inline float ss_limit_receiver(const ss_limit_face *f, float depth, float
 /* The distance from the hard shadow in light radii, as that receiver sees it. Where light that
  * passes the silhouette meets another surface before it, only what passes between the two is left:
  * so little that an outline further away tells more. */
-static inline float ss_limit_away(const ss_limit_face *f, float depth, float c, float q, float open) {
+static inline float ss_limit_away(const ss_limit_face *f, float depth, float c, float q,
+                                  float open) {
     const float receiver = ss_limit_receiver(f, depth, c, q), away = fabsf(q) / (receiver - c);
     if (q > 0 || !(open + f->near < receiver) || !(away < 1)) return away;
     const float behind = fabsf(q) / (receiver - (open > c ? open : c));

@@ -44,7 +44,8 @@ static const char glsl[] = SS_RIM_GLSL
     "    if (q > 0.0 && q > words[0] && !(depth > c && limit < reached)) return 1e30;\n"
     "    precise float highest = c + abs(q), least = c + near, opened = open + near;\n"
     "    if (words[3] != 0.0) return highest;\n"
-    "    float most = depth < far && q > 0.0 ? depth : far, receiver = most > least ? most : least;\n"
+    "    float most = depth < far && q > 0.0 ? depth : far, receiver = most > least ? most : "
+    "least;\n"
     "    precise float away = abs(q) / (receiver - c);\n"
     "    if (q > 0.0 || !(opened < receiver) || !(away < 1.0)) return away;\n"
     "    precise float behind = abs(q) / (receiver - (open > c ? open : c));\n"
@@ -72,7 +73,8 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value
 }
 
 /* Outside is kind 0; a disc may be inside. */
-static float least_limit(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+static float least_limit(const void *ctx, uint32_t tag, const float *low, const float *high,
+                         int *kind) {
     const ss_limit_face *f = ((const ribbons *)ctx)->face;
     *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
     return f->highest ? 0 : ss_rim_least(tag, low, high) * f->per_texel;
@@ -81,14 +83,18 @@ static float least_limit(const void *ctx, uint32_t tag, const float *low, const 
 /* By ss_limit_away() and ss_limit_outside(). */
 static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
     const ss_limit_face *f = ((const ribbons *)ctx)->face;
-    const float far = (float)f->frame->far_h, deepest = far - nearest > f->near ? far - nearest : f->near;
+    const float far = (float)f->frame->far_h,
+                deepest = far - nearest > f->near ? far - nearest : f->near;
     const ss_floats near = ss_floats_all(f->near), last = ss_floats_all(far);
     ss_floats inside = {0, 0, 0, 0}, outside = inside;
     for (uint32_t y = box[1]; y <= box[3]; y++) {
         for (uint32_t x = box[0]; x <= box[2]; x += 4) {
-            const size_t at = (size_t)y * f->side + (x + 3 <= box[2] ? x : box[2] > 3 ? box[2] - 3 : 0);
+            const size_t at = (size_t)y * f->side + (x + 3 <= box[2] ? x
+                                                     : box[2] > 3    ? box[2] - 3
+                                                                     : 0);
             if (f->side < 4) break;
-            const ss_floats key = ss_floats_load(f->key + at), depth = ss_floats_load(f->depth + at);
+            const ss_floats key = ss_floats_load(f->key + at),
+                            depth = ss_floats_load(f->depth + at);
             const ss_floats gap = ss_floats_more(ss_floats_less(depth, last) - nearest, near);
             const ss_floats begun = depth - nearest + SS_LIMIT_RAISE * f->per_texel;
             inside = ss_floats_more(key * deepest, inside);
@@ -100,8 +106,8 @@ static void room(const void *ctx, const uint32_t box[4], float nearest, float mo
     if (f->side < 4) most[0] = most[1] = INFINITY;
 }
 
-static softshadow_status draw(const ss_stage *stage, ribbons *r, const ss_raster_triangle *triangles,
-                              size_t count) {
+static softshadow_status draw(const ss_stage *stage, ribbons *r,
+                              const ss_raster_triangle *triangles, size_t count) {
     const ss_limit_face *f = r->face;
     const float words[] = {f->per_texel, f->near, (float)f->frame->far_h, f->highest};
     ss_raster_ink ink = {.shade = shade,
@@ -131,7 +137,8 @@ static bool edge_hidden(const ss_limit_face *f, const ss_rim *rim, const ss_rim_
     const int steps = 1 + (int)(2 * edge->length);
     for (int i = 0; i <= steps; i++) {
         const double t = (double)i / steps;
-        const float place[2] = {(float)(a->x + t * (b->x - a->x)), (float)(a->y + t * (b->y - a->y))};
+        const float place[2] = {(float)(a->x + t * (b->x - a->x)),
+                                (float)(a->y + t * (b->y - a->y))};
         const float c = (float)(a->h + t * (b->h - a->h));
         if (!(ss_rim_open(f->depth, f->side, place, right) < c - f->near)) return false;
     }

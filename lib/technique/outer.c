@@ -19,7 +19,8 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value
     texel[SS_OUTER_VERTEX] = value[0], texel[SS_OUTER_RISE] = value[1], texel[SS_OUTER_KEY] = key;
 }
 
-static float least_rise(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+static float least_rise(const void *ctx, uint32_t tag, const float *low, const float *high,
+                        int *kind) {
     const sheet *s = ctx;
     (void)kind;
     return s->pen->rise(s->pen->ctx, ss_rim_least(tag, low, high), high[1]);
@@ -51,7 +52,8 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                   const ss_outer_pen *pen) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side, first = face * n;
-    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side, (float)maps->frames.face[face].far_h, pen};
+    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side, (float)maps->frames.face[face].far_h,
+               pen};
     ss_outer_pen own = *pen;
     own.words[3] = (float)maps->frames.face[face].far_h;
     const ss_raster_ink ink = {.shade = pen->shade,

@@ -17,7 +17,8 @@ static ss_light_maps_answer tent, bicubic;
 
 static softshadow_status build(const ss_stage *stage, void **state) {
     const bool wide = stage->params->max_samples >= WIDE;
-    const ss_light_maps_wish wish = {.state_size = sizeof(pcf_state), .slope_texels = wide ? 3 : 1.5};
+    const ss_light_maps_wish wish = {.state_size = sizeof(pcf_state),
+                                     .slope_texels = wide ? 3 : 1.5};
     const softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status) return status;
     pcf_state *pcf = *state;
@@ -45,7 +46,8 @@ static void tent(const ss_light_maps *maps, const ss_looks *looks, size_t n, flo
         float u, v;
         const int x = split(looks->x[i], &u), y = split(looks->y[i], &v);
         const float below = (1 - u) * lit(maps, looks, i, x, y) + u * lit(maps, looks, i, x + 1, y);
-        const float above = (1 - u) * lit(maps, looks, i, x, y + 1) + u * lit(maps, looks, i, x + 1, y + 1);
+        const float above =
+            (1 - u) * lit(maps, looks, i, x, y + 1) + u * lit(maps, looks, i, x + 1, y + 1);
         out[i] = (1 - v) * below + v * above;
     }
 }
@@ -66,7 +68,8 @@ static void bicubic(const ss_light_maps *maps, const ss_looks *looks, size_t n, 
         spline(u, across), spline(v, up);
         for (int j = 0; j < 4; j++) {
             float row = 0;
-            for (int k = 0; k < 4; k++) row += across[k] * lit(maps, looks, i, x + k - 1, y + j - 1);
+            for (int k = 0; k < 4; k++)
+                row += across[k] * lit(maps, looks, i, x + k - 1, y + j - 1);
             sum += up[j] * row;
         }
         out[i] = sum > 1 ? 1 : sum;
@@ -89,7 +92,8 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "    ivec2 at = ivec2(low.x < 0.0 ? -1 : int(low.x), low.y < 0.0 ? -1 : int(low.y));\n"
     "    vec2 share = low - vec2(at);\n"
     "    if (words[1] == 0.0) {\n"
-    "        float below = (1.0 - share.x) * lit(look, face, at) + share.x * lit(look, face, at + ivec2(1, 0));\n"
+    "        float below = (1.0 - share.x) * lit(look, face, at) + share.x * lit(look, face, at + "
+    "ivec2(1, 0));\n"
     "        float above = (1.0 - share.x) * lit(look, face, at + ivec2(0, 1)) +\n"
     "                      share.x * lit(look, face, at + ivec2(1, 1));\n"
     "        return (1.0 - share.y) * below + share.y * above;\n"
@@ -98,7 +102,8 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "    float sum = 0.0;\n"
     "    for (int j = 0; j < 4; j++) {\n"
     "        float row = 0.0;\n"
-    "        for (int k = 0; k < 4; k++) row += across[k] * lit(look, face, at + ivec2(k - 1, j - 1));\n"
+    "        for (int k = 0; k < 4; k++) row += across[k] * lit(look, face, at + ivec2(k - 1, j - "
+    "1));\n"
     "        sum += up[j] * row;\n"
     "    }\n"
     "    return sum > 1.0 ? 1.0 : sum;\n"
@@ -114,8 +119,9 @@ const ss_technique ss_pcf = {
     .name = "pcf",
     .title = "percentage-closer filtering: the hard shadow with an edge a texel or two wide",
     .cite = "Reeves87",
-    .notes = "2 x 2 taps; max_samples >= 16: the bicubic filter of 4 x 4. The edge's width comes from "
-             "the texels, not from the light.",
+    .notes =
+        "2 x 2 taps; max_samples >= 16: the bicubic filter of 4 x 4. The edge's width comes from "
+        "the texels, not from the light.",
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ALL,
     .weightings = 1u << SOFTSHADOW_UNIFORM,

@@ -28,7 +28,8 @@ static void shade(void *ctx, const ss_raster_run *run) {
     const sheet *s = ctx;
     for (uint32_t i = 0; i < run->n; i++) {
         const float away = ss_rim_away(run, i);
-        ss_outer_offer(s->maps, s->face, run->x + i, run->y, run->attribute[1][i], away * s->per_texel);
+        ss_outer_offer(s->maps, s->face, run->x + i, run->y, run->attribute[1][i],
+                       away * s->per_texel);
     }
 }
 
@@ -63,9 +64,10 @@ const ss_technique ss_penumbra_map = {
     .name = "penumbra-map",
     .title = "penumbra maps: the outer penumbra as cones and sheets from the silhouettes",
     .cite = "WH03",
-    .notes = "Outer penumbra only: the umbra is the hard shadow and does not shrink as the light grows. "
-             "rect: taken as the disk of its area. Opacity textures make holes in the shadow, not "
-             "penumbrae. A map without bounds ends one scene diagonal behind the casters.",
+    .notes =
+        "Outer penumbra only: the umbra is the hard shadow and does not shrink as the light grows. "
+        "rect: taken as the disk of its area. Opacity textures make holes in the shadow, not "
+        "penumbrae. A map without bounds ends one scene diagonal behind the casters.",
     .needs = SS_NEEDS_SILHOUETTES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ROUND,

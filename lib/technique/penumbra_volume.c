@@ -148,7 +148,8 @@ static void shade(void *ctx, const ss_raster_run *run) {
 }
 
 /* Outside is kind 0; a disc may be inside. */
-static float least_away(const void *ctx, uint32_t tag, const float *low, const float *high, int *kind) {
+static float least_away(const void *ctx, uint32_t tag, const float *low, const float *high,
+                        int *kind) {
     const volumes *v = ctx;
     *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
     return v->paper ? 0 : ss_rim_least(tag, low, high) * v->per_texel;
@@ -199,13 +200,15 @@ static const char offer_glsl[] = SS_RIM_GLSL
     "    precise float begin = edge + rise;\n"
     "    float receiver = depth < words[4] && away > 0.0 ? depth : words[4];\n"
     "    precise float gap = receiver - edge;\n"
-    "    key = words[5] != 0.0 ? begin : abs(away) * words[0] / (gap > words[2] ? gap : words[2]);\n"
+    "    key = words[5] != 0.0 ? begin : abs(away) * words[0] / (gap > words[2] ? gap : "
+    "words[2]);\n"
     "    bool covered = away <= 0.0 || (away <= 1.0 && depth < sunk);\n"
     "    uint side = tag | (f.inside ? 2u : 0u);\n"
     "    value.x = covered && words[5] == 0.0 && depth > begin ? depth : begin;\n"
     "    value.y = end_of(depth, edge, away, open);\n"
     "    value.zw = vec2(side / 4096u, side % 4096u);\n"
-    "    return f.outwards != vec2(0.0) && (words[5] != 0.0 || matters(depth, edge, away, open, rise));\n"
+    "    return f.outwards != vec2(0.0) && (words[5] != 0.0 || matters(depth, edge, away, open, "
+    "rise));\n"
     "}\n";
 
 /* ---- the edges' ends ------------------------------------------------------------------------ */
@@ -216,7 +219,8 @@ static void lift(const ss_frame *frame, double column, double row, double h, flo
     const double x = (frame->low[0] + column * frame->texel) / s;
     const double y = (frame->low[1] + row * frame->texel) / s;
     for (int k = 0; k < 3; k++) {
-        out[k] = (float)(frame->origin[k] + x * frame->x[k] + y * frame->y[k] + h / s * frame->z[k]);
+        out[k] =
+            (float)(frame->origin[k] + x * frame->x[k] + y * frame->y[k] + h / s * frame->z[k]);
     }
 }
 
@@ -283,7 +287,8 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 
 /* ---- building ------------------------------------------------------------------------------- */
 
-static softshadow_status draw_volumes(const ss_stage *stage, volumes *v, const ss_silhouette *found) {
+static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
+                                      const ss_silhouette *found) {
     const ss_rim_style style = {.width = width, .ctx = v->frame, .inside = true};
     const float words[] = {v->per_texel, v->climb, v->near, v->steep, v->far, v->paper};
     ss_raster_ink ink = {.shade = shade,
@@ -490,8 +495,10 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LIGHT_LIFT_GLSL
     "    vec3 point = lift(face, look);\n"
     "    uint a = base_of(face) + cell.y * side() + cell.x;\n"
     "    float first = alone(face, a, look, point), second = alone(face, a + right, look, point);\n"
-    "    float third = alone(face, a + up, look, point), last = alone(face, a + up + right, look, point);\n"
-    "    float below = first + share.x * (second - first), above = third + share.x * (last - third);\n"
+    "    float third = alone(face, a + up, look, point), last = alone(face, a + up + right, look, "
+    "point);\n"
+    "    float below = first + share.x * (second - first), above = third + share.x * (last - "
+    "third);\n"
     "    return below + share.y * (above - below);\n"
     "}\n";
 
@@ -501,7 +508,8 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     const ss_light *light = &maps->light;
     if (!maps->plane) return ss_light_maps_tables_hard(state, question);
     maps->words[1] = volume->paper, maps->words[2] = (float)volume->radius;
-    maps->words[3] = light->type == SOFTSHADOW_SPHERE, maps->words[4] = light->type == SOFTSHADOW_SUN;
+    maps->words[3] = light->type == SOFTSHADOW_SPHERE,
+    maps->words[4] = light->type == SOFTSHADOW_SUN;
     for (uint32_t i = 0; i < maps->frames.count; i++) {
         float *words = ss_light_maps_words(maps, i);
         ss_light_maps_lift_words(&maps->frames.face[i], words);
@@ -519,7 +527,8 @@ const ss_technique ss_penumbra_volume = {
     .notes =
         "One edge a texel: where penumbrae overlap the others do not count, and inside a shadow "
         "narrower than its penumbra only the nearer side lets light in. Silhouettes are those seen "
-        "from the light's centre. rect: taken as the disk of its area. Opacity textures make holes in "
+        "from the light's centre. rect: taken as the disk of its area. Opacity textures make holes "
+        "in "
         "the shadow, not penumbrae.",
     .needs = SS_NEEDS_SILHOUETTES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,

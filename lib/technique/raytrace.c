@@ -262,7 +262,8 @@ static bool meets(const eye *e, uint32_t triangle) {
     span(&e->view, normal, &low, &high);
     const double sine = ss_max(low, -high) / size_of(&e->view) - tilt;
     const double rounding = 0x1p-23 + (0x1p-22 + tilt) * reach;
-    return !(fabs(ss_dot(normal, v[0])) + rounding < CLEAR_SHARE * CLEAR_SHARE * e->contact.clear * sine);
+    return !(fabs(ss_dot(normal, v[0])) + rounding <
+             CLEAR_SHARE * CLEAR_SHARE * e->contact.clear * sine);
 }
 
 /* Faces tested in double always count: floats must not answer for them. */
@@ -413,7 +414,8 @@ static double look(eye *e, const ss_point *point, double *bound, ss_counts *coun
 /* ---- The technique ---- */
 
 /* No other caster can touch a segment from any of these points to the light. */
-static void find_suspects(const ss_stage *stage, const ss_point *points, size_t n, suspects *found) {
+static void find_suspects(const ss_stage *stage, const ss_point *points, size_t n,
+                          suspects *found) {
     double low[3], high[3];
     memcpy(low, points[0].p, sizeof low), memcpy(high, points[0].p, sizeof high);
     for (size_t i = 1; i < n; i++) {
@@ -421,7 +423,8 @@ static void find_suspects(const ss_stage *stage, const ss_point *points, size_t 
             low[k] = ss_min(low[k], points[i].p[k]), high[k] = ss_max(high[k], points[i].p[k]);
         }
     }
-    found->count = ss_bvh_shaft(stage->bvh, stage->light, low, high, found->triangle, MOST_SUSPECTS);
+    found->count =
+        ss_bvh_shaft(stage->bvh, stage->light, low, high, found->triangle, MOST_SUSPECTS);
     for (size_t i = 0; i < found->count && found->count <= MOST_SUSPECTS; i++) {
         ss_world_triangle(stage->world, found->triangle[i], found->corner[i]);
     }

@@ -83,7 +83,8 @@ static void collect(collector *c, const ss_silhouette_edge *found) {
     const uint32_t from = found->vertex[c->mirrored], to = found->vertex[!c->mirrored];
     double p[3], q[3];
     place_of(c->world, from, p), place_of(c->world, to, q);
-    if (!(z_of(c->frame, p) > c->frame->nearest) && !(z_of(c->frame, q) > c->frame->nearest)) return;
+    if (!(z_of(c->frame, p) > c->frame->nearest) && !(z_of(c->frame, q) > c->frame->nearest))
+        return;
     const uint32_t a = end_of(c, from, to), b = end_of(c, to, from);
     if (a == SS_RIM_NONE || b == SS_RIM_NONE) return;
     ss_rim_vertex *va = &c->out->vertex[a], *vb = &c->out->vertex[b];
@@ -125,13 +126,15 @@ softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silh
     out->edge = ss_alloc(found->count, sizeof *out->edge);
     softshadow_status status = SOFTSHADOW_OK;
     if (!c.number || !out->vertex || !out->edge) {
-        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
+        status =
+            ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
         ss_rim_free(out);
     }
     for (size_t i = 0; i < found->count && !status; i++) collect(&c, &found->edges[i]);
     ss_free(c.number);
     if (!status && !lay_out(out)) {
-        status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
+        status =
+            ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu silhouette edges", found->count);
         ss_rim_free(out);
     }
     return status;
@@ -153,7 +156,8 @@ static float depth_near(const float *depth, uint32_t side, float x, float y) {
     return depth[(size_t)row * side + column];
 }
 
-float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]) {
+float ss_rim_open(const float *depth, uint32_t side, const float place[2],
+                  const float outwards[2]) {
     const float near =
         depth_near(depth, side, place[0] + 1.5f * outwards[0], place[1] + 1.5f * outwards[1]);
     const float far =
@@ -233,8 +237,8 @@ static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
     const ss_rim_edge *edge = &a->rim->edge[e];
     const double right[2] = {edge->along[1], -edge->along[0]};
     const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
-    return leave(edge, side, wide * width_of(a, edge->vertex[0]), wide * width_of(a, edge->vertex[1]),
-                 a->style->tangent, m);
+    return leave(edge, side, wide * width_of(a, edge->vertex[0]),
+                 wide * width_of(a, edge->vertex[1]), a->style->tangent, m);
 }
 
 static void strip(artist *a, uint32_t e, double side) {
@@ -264,7 +268,8 @@ static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flag
     for (int i = 0; i < pieces; i++) {
         spot rim[2];
         for (int k = 0; k < 2; k++) {
-            const double angle = from + turn * (i + k) / pieces, x = r * cos(angle), y = r * sin(angle);
+            const double angle = from + turn * (i + k) / pieces, x = r * cos(angle),
+                         y = r * sin(angle);
             rim[k] = (spot){at->x + x, at->y + y,
                             {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
         }

@@ -244,8 +244,10 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
 
 static softshadow_status tables(void *state, ss_raster_question *question) {
     single_state *single = state;
-    for (uint32_t i = 0; i < SS_MAP_FACES; i++) *ss_light_maps_words(&single->maps, i) = single->rate[i];
-    return ss_light_maps_ask(&single->maps, single->maps.plane ? glsl : ss_light_maps_hard_glsl, question);
+    for (uint32_t i = 0; i < SS_MAP_FACES; i++)
+        *ss_light_maps_words(&single->maps, i) = single->rate[i];
+    return ss_light_maps_ask(&single->maps, single->maps.plane ? glsl : ss_light_maps_hard_glsl,
+                             question);
 }
 
 const ss_technique ss_single_sample = {

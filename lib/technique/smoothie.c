@@ -39,7 +39,9 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
-static float rise(const void *ctx, float away, float blocker) { return rise_of(ctx, away, blocker); }
+static float rise(const void *ctx, float away, float blocker) {
+    return rise_of(ctx, away, blocker);
+}
 
 /* words: per_texel; texel / t, 0: by the light; D. */
 static const char glsl[] = SS_OUTER_GLSL
@@ -80,9 +82,10 @@ const ss_technique ss_smoothie = {
     .name = "smoothie",
     .title = "smoothies: soft edges from rectangles around the silhouettes",
     .cite = "CD03",
-    .notes = "Outer penumbra only: the umbra is the hard shadow and does not shrink as the light grows. "
-             "smoothie_width: t in tangent units, under a sun a length. rect: taken as the disk of its "
-             "area. Opacity textures make holes in the shadow, not penumbrae.",
+    .notes =
+        "Outer penumbra only: the umbra is the hard shadow and does not shrink as the light grows. "
+        "smoothie_width: t in tangent units, under a sun a length. rect: taken as the disk of its "
+        "area. Opacity textures make holes in the shadow, not penumbrae.",
     .needs = SS_NEEDS_SILHOUETTES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,
     .lights_native = SS_LIGHTS_ROUND,

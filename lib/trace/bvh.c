@@ -91,7 +91,8 @@ static int ascending(const void *a, const void *b) {
 static void keep(uint32_t *heap, size_t room, size_t *stored, uint32_t triangle) {
     if (*stored < room) {
         size_t at = (*stored)++;
-        for (; at > 0 && heap[(at - 1) / 2] < triangle; at = (at - 1) / 2) heap[at] = heap[(at - 1) / 2];
+        for (; at > 0 && heap[(at - 1) / 2] < triangle; at = (at - 1) / 2)
+            heap[at] = heap[(at - 1) / 2];
         heap[at] = triangle;
         return;
     }

@@ -245,7 +245,8 @@ static bool add_node(ss_bvh *bvh, uint32_t *room) {
     }
     ss_bvh_node *node = &bvh->nodes[bvh->node_count++];
     for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < SS_BVH_WIDTH; i++) node->low[k][i] = INFINITY, node->high[k][i] = -INFINITY;
+        for (int i = 0; i < SS_BVH_WIDTH; i++)
+            node->low[k][i] = INFINITY, node->high[k][i] = -INFINITY;
     }
     return true;
 }
@@ -268,7 +269,8 @@ static bool collapse(builder *b) {
             const binary *child = &b->tree[children[i]];
             fill_child(&bvh->nodes[into], i, child);
             if (child->left) {
-                stack[depth].binary = children[i], stack[depth].node = into, stack[depth++].slot = i;
+                stack[depth].binary = children[i], stack[depth].node = into,
+                stack[depth++].slot = i;
             } else {
                 bvh->nodes[into].child[i] = SS_BVH_LEAF | bvh->leaf_count++;
             }

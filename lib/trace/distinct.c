@@ -32,7 +32,8 @@ static void order(uint32_t a[3], uint32_t b[3]) {
 static corners corners_of(const ss_world *world, uint32_t triangle) {
     corners found;
     for (int i = 0; i < 3; i++) {
-        const float *vertex = world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + i];
+        const float *vertex =
+            world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + i];
         for (int k = 0; k < 3; k++) {
             const float unsigned_zero = vertex[k] + 0.0f;
             memcpy(&found.at[i][k], &unsigned_zero, sizeof unsigned_zero);
@@ -48,7 +49,8 @@ static corners corners_of(const ss_world *world, uint32_t triangle) {
 static uint32_t hash_of(const ss_world *world, uint32_t triangle) {
     uint64_t sum = 0;
     for (int i = 0; i < 3; i++) {
-        const float *vertex = world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + i];
+        const float *vertex =
+            world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + i];
         uint32_t bits[3];
         for (int k = 0; k < 3; k++) {
             const float unsigned_zero = vertex[k] + 0.0f;

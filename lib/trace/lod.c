@@ -39,7 +39,8 @@ static void fill(ss_world *coarse, const ss_world *world, const ss_levels *level
         const ss_level *level = level_of(&levels->meshes[m], k);
         const size_t vertices = level ? level->vertex_count : vertices_of(world, m);
         const size_t triangles = level ? level->triangle_count : mesh->source->triangle_count;
-        const float *from = level ? level->vertices : world->vertices + 3 * (size_t)mesh->first_vertex;
+        const float *from =
+            level ? level->vertices : world->vertices + 3 * (size_t)mesh->first_vertex;
         const uint32_t *index =
             level ? level->indices : world->indices + 3 * (size_t)mesh->first_triangle;
         const uint32_t base = level ? 0 : mesh->first_vertex;
@@ -118,7 +119,8 @@ size_t ss_lod_bytes(const ss_lod *lod) {
     size_t bytes = 0;
     for (uint32_t k = 0; k < lod->count; k++) {
         const ss_world *world = lod->level[k].world;
-        bytes += 12 * (world->vertex_count + world->triangle_count) + ss_bvh_bytes(lod->level[k].bvh);
+        bytes +=
+            12 * (world->vertex_count + world->triangle_count) + ss_bvh_bytes(lod->level[k].bvh);
     }
     return bytes;
 }

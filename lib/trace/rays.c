@@ -52,7 +52,8 @@ struct ss_rays {
 
 _Static_assert(sizeof(ss_segments) == sizeof(struct RTCRay16), "segments are Embree's packet");
 _Static_assert(offsetof(ss_segments, dx) == offsetof(struct RTCRay16, dir_x), "segments: dx");
-_Static_assert(offsetof(ss_segments, t_begin) == offsetof(struct RTCRay16, tnear), "segments: t_begin");
+_Static_assert(offsetof(ss_segments, t_begin) == offsetof(struct RTCRay16, tnear),
+               "segments: t_begin");
 _Static_assert(offsetof(ss_segments, t_end) == offsetof(struct RTCRay16, tfar), "segments: t_end");
 
 /* ---- Loading ---- */
@@ -120,8 +121,10 @@ static softshadow_status try_threads(void) {
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
     pthread_mutex_destroy(&lock);
     if (failure == 0) return SOFTSHADOW_OK;
-    return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "ray tracing: only %d of %d threads can be started, and "
-                   "Embree needs them; the methods without rays do not", started, wanted);
+    return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
+                   "ray tracing: only %d of %d threads can be started, and "
+                   "Embree needs them; the methods without rays do not",
+                   started, wanted);
 }
 
 /* ---- Building ---- */
@@ -156,15 +159,16 @@ static bool on_memory(void *user, ssize_t bytes, bool post) {
 static softshadow_status see_memory_coming(const ss_rays *rays) {
     const size_t triangles = rays->count;
     if (can_have(128 * triangles + (64 << 10))) return SOFTSHADOW_OK;
-    return ss_fail(SOFTSHADOW_E_MEMORY, "ray tracing: out of memory for Embree's tree of %zu triangles",
-                   triangles);
+    return ss_fail(SOFTSHADOW_E_MEMORY,
+                   "ray tracing: out of memory for Embree's tree of %zu triangles", triangles);
 }
 
 static softshadow_status failure_of(const ss_rays *rays) {
     if (rays->error == RTC_ERROR_NONE) return SOFTSHADOW_OK;
-    const bool memory = rays->error == RTC_ERROR_OUT_OF_MEMORY || rays->error == RTC_ERROR_CANCELLED;
-    return ss_fail(memory ? SOFTSHADOW_E_MEMORY : SOFTSHADOW_E_BACKEND, "Embree: %s (%zu triangles)",
-                   rays->message, rays->world->triangle_count);
+    const bool memory =
+        rays->error == RTC_ERROR_OUT_OF_MEMORY || rays->error == RTC_ERROR_CANCELLED;
+    return ss_fail(memory ? SOFTSHADOW_E_MEMORY : SOFTSHADOW_E_BACKEND,
+                   "Embree: %s (%zu triangles)", rays->message, rays->world->triangle_count);
 }
 
 /* Every thread that comes helps; one alone finishes; one that comes late returns at once. So the
@@ -234,11 +238,13 @@ static softshadow_status build(ss_rays *rays, ss_pool *pool) {
 softshadow_status ss_rays_create(ss_rays **out, const ss_world *world, ss_pool *pool) {
     *out = NULL;
     if (ss_process_forked()) {
-        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "ray tracing: not in a child made by fork(), where "
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
+                       "ray tracing: not in a child made by fork(), where "
                        "Embree's scheduler may hang; the methods without rays work");
     }
     if (world->extent > 0 && world->extent < 0.25f) { /* a scene fills -1..1, where doubles can scale it */
-        return ss_fail(SOFTSHADOW_E_UNSUPPORTED, "ray tracing: all casters together are smaller than "
+        return ss_fail(SOFTSHADOW_E_UNSUPPORTED,
+                       "ray tracing: all casters together are smaller than "
                        "2^-1023; the methods without rays work");
     }
     const embree *rtc;

@@ -126,7 +126,8 @@ static void fill(ss_samples *samples, sample *order) {
 static bool reserve(ss_samples *samples) {
     const size_t n = samples->padded;
     if (samples->sequence == SS_SOBOL) {
-        samples->bits_x = ss_alloc(n, sizeof(uint32_t)), samples->bits_y = ss_alloc(n, sizeof(uint32_t));
+        samples->bits_x = ss_alloc(n, sizeof(uint32_t)),
+        samples->bits_y = ss_alloc(n, sizeof(uint32_t));
         return samples->bits_x && samples->bits_y;
     }
     samples->x = ss_alloc(n, sizeof(float)), samples->y = ss_alloc(n, sizeof(float));
@@ -216,8 +217,10 @@ static uint32_t scrambled(uint32_t x, uint32_t seed) {
 static void sobol(const ss_samples *samples, const ss_turn *turn, uint32_t first, float s[16],
                   float t[16]) {
     for (int i = 0; i < 16; i++) {
-        const float u = fraction(scrambled(samples->bits_x[first + (uint32_t)i], turn->scramble[0]));
-        const float v = fraction(scrambled(samples->bits_y[first + (uint32_t)i], turn->scramble[1]));
+        const float u =
+            fraction(scrambled(samples->bits_x[first + (uint32_t)i], turn->scramble[0]));
+        const float v =
+            fraction(scrambled(samples->bits_y[first + (uint32_t)i], turn->scramble[1]));
         s[i] = samples->disk ? sqrtf(u) * cosf((float)TAU * v) : 2 * u - 1;
         t[i] = samples->disk ? sqrtf(u) * sinf((float)TAU * v) : 2 * v - 1;
     }

@@ -128,8 +128,8 @@ static GLenum client_wait(void *fence, GLbitfield flags, uint64_t longest) {
 static void get_data(GLenum target, ptrdiff_t from, ptrdiff_t size, void *data) {
     traffic.flying--;
     if (size > traffic.largest) traffic.largest = size;
-    ((void (*)(GLenum, ptrdiff_t, ptrdiff_t, void *))driver("glGetBufferSubData"))(target, from, size,
-                                                                                   data);
+    ((void (*)(GLenum, ptrdiff_t, ptrdiff_t, void *))driver("glGetBufferSubData"))(target, from,
+                                                                                   size, data);
 }
 
 function *eglGetProcAddress(const char *name);
@@ -326,7 +326,8 @@ static void in_chunks(void) {
     REQUIRE(traffic.most >= 2 && traffic.most <= 3, "%ld chunks under way at once", traffic.most);
     REQUIRE(softshadow_get_stats(handle, &stats) == SOFTSHADOW_OK, "stats");
     REQUIRE(stats.upload_seconds > 0 && stats.download_seconds > 0 &&
-                stats.upload_seconds + stats.download_seconds < stats.build_seconds + stats.query_seconds,
+                stats.upload_seconds + stats.download_seconds <
+                    stats.build_seconds + stats.query_seconds,
             "copies: %g and %g seconds of %g", stats.upload_seconds, stats.download_seconds,
             stats.build_seconds + stats.query_seconds);
     softshadow_destroy(handle);

@@ -7,9 +7,21 @@
 
 #include "abi/plain.h"
 
-enum { DRAWABLE_TYPE = 0x8010, PBUFFER_BIT = 4, RENDER_TYPE = 0x8011, RGBA_BIT = 1, RGBA_TYPE = 0x8014 };
+enum {
+    DRAWABLE_TYPE = 0x8010,
+    PBUFFER_BIT = 4,
+    RENDER_TYPE = 0x8011,
+    RGBA_BIT = 1,
+    RGBA_TYPE = 0x8014
+};
 enum { PBUFFER_HEIGHT = 0x8040, PBUFFER_WIDTH = 0x8041, WIDE = 8 };
-enum { VIEWPORT = 0xBA2, SCISSOR_TEST = 0xC11, COLOR_BUFFER_BIT = 0x4000, RGBA = 0x1908, UBYTE = 0x1401 };
+enum {
+    VIEWPORT = 0xBA2,
+    SCISSOR_TEST = 0xC11,
+    COLOR_BUFFER_BIT = 0x4000,
+    RGBA = 0x1908,
+    UBYTE = 0x1401
+};
 enum { PROGRAM = 0x8B8D, STORAGE_BUFFER = 0x90D3, RENDERER = 0x1F01 };
 
 typedef struct glx {
@@ -27,7 +39,8 @@ static void *x11, *gl;
 #define GL(type, name) ((type)dlsym(gl, name))
 
 static const char *open_display(glx *h) {
-    x11 = dlopen("libX11.so.6", RTLD_NOW | RTLD_LOCAL), gl = dlopen("libGL.so.1", RTLD_NOW | RTLD_LOCAL);
+    x11 = dlopen("libX11.so.6", RTLD_NOW | RTLD_LOCAL),
+    gl = dlopen("libGL.so.1", RTLD_NOW | RTLD_LOCAL);
     if (!x11 || !gl) return dlerror();
     h->display = X(void *(*)(const char *), "XOpenDisplay")(NULL);
     return h->display ? NULL : "no X display";
@@ -45,8 +58,9 @@ static const char *make_context(glx *h) {
     h->context = GL(void *(*)(void *, void *, int, void *, int), "glXCreateNewContext")(
         h->display, config[0], RGBA_TYPE, NULL, 1);
     if (!h->drawable || !h->context) return "no context of GLX";
-    const bool current = GL(int (*)(void *, unsigned long, unsigned long, void *),
-                            "glXMakeContextCurrent")(h->display, h->drawable, h->drawable, h->context);
+    const bool current =
+        GL(int (*)(void *, unsigned long, unsigned long, void *),
+           "glXMakeContextCurrent")(h->display, h->drawable, h->drawable, h->context);
     return current ? NULL : "the context cannot be used";
 }
 

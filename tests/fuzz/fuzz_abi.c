@@ -127,7 +127,8 @@ static void put_mesh(session *s, bool update) {
     if (extra & 2) {
         mesh->opacity.width = byte() % (TEXELS + 1), mesh->opacity.height = byte() % (TEXELS + 1);
         texels = zeroed((size_t)mesh->opacity.width * mesh->opacity.height, 1);
-        for (uint32_t i = 0; i < mesh->opacity.width * mesh->opacity.height; i++) texels[i] = byte();
+        for (uint32_t i = 0; i < mesh->opacity.width * mesh->opacity.height; i++)
+            texels[i] = byte();
         mesh->opacity_threshold = (float)number();
     }
     mesh->uvs = uvs, mesh->opacity.texels = texels;
@@ -153,7 +154,8 @@ static void put_light(session *s, bool add) {
     for (int k = 0; k < 3; k++) light.u[k] = number(), light.v[k] = number();
     light.radius = number();
     if (light.type == SOFTSHADOW_RECT && byte() % 4) { /* chance seldom makes right angles */
-        for (int k = 0; k < 3; k++) light.u[k] = k == 0, light.v[k] = k == 1, light.direction[k] = 0;
+        for (int k = 0; k < 3; k++)
+            light.u[k] = k == 0, light.v[k] = k == 1, light.direction[k] = 0;
     }
     if (byte() % 8 == 0) {
         light.profile_count = byte() % 5;

@@ -28,7 +28,8 @@ static void try_light(const char *text) {
     softshadow *handle;
     must(softshadow_create(&handle, NULL) == SOFTSHADOW_OK);
     const softshadow_status status = softshadow_set_light(handle, &light);
-    must(status == SOFTSHADOW_OK || status == SOFTSHADOW_E_LIGHT || status == SOFTSHADOW_E_ARGUMENT);
+    must(status == SOFTSHADOW_OK || status == SOFTSHADOW_E_LIGHT ||
+         status == SOFTSHADOW_E_ARGUMENT);
     if (status == SOFTSHADOW_OK) must(isfinite(light.radius) && light.radius >= 0);
     softshadow_destroy(handle);
 }

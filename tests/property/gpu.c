@@ -127,7 +127,8 @@ static void compare_maps(const char *what, softshadow *cpu, softshadow *gpu) {
                 differs |= !(fabsf(p[k] - q[k]) <= 1e-5f * (1 + fabsf(p[k])));
             other += differs, held += p[0] != 1e30f;
         }
-        CHECK(other <= texels / 1000, "%s: map %u: %zu of %zu texels differ", what, i, other, texels);
+        CHECK(other <= texels / 1000, "%s: map %u: %zu of %zu texels differ", what, i, other,
+              texels);
         CHECK(held > 0, "%s: map %u is empty", what, i);
     }
 }

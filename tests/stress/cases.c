@@ -81,7 +81,8 @@ static void finish_hard(const sweep *s, stress_case *one) {
 static void move_vector(const double m[12], const double in[3], double out[3], double w) {
     double moved[3];
     for (int r = 0; r < 3; r++) {
-        moved[r] = m[4 * r] * in[0] + m[4 * r + 1] * in[1] + m[4 * r + 2] * in[2] + w * m[4 * r + 3];
+        moved[r] =
+            m[4 * r] * in[0] + m[4 * r + 1] * in[1] + m[4 * r + 2] * in[2] + w * m[4 * r + 3];
     }
     memcpy(out, moved, sizeof moved);
 }
@@ -130,7 +131,8 @@ static void denormals(const sweep *s) {
             stress_case one = start_base("denormals", cell);
             const double k = units[i], m[12] = {k, 0, 0, 0, 0, k, 0, 0, 0, 0, k, 0};
             move_all(&one, m, k);
-            for (size_t v = 0; v < 3 * one.mesh.vertices; v++) one.mesh.xyz[v] = rint(one.mesh.xyz[v]);
+            for (size_t v = 0; v < 3 * one.mesh.vertices; v++)
+                one.mesh.xyz[v] = rint(one.mesh.xyz[v]);
             for (size_t v = 0; v < 3 * one.count; v++) one.points[0][v] = rint(one.points[0][v]);
             for (int v = 0; v < 3; v++) one.light.position[v] = rint(one.light.position[v]);
             one.light.radius = rint(one.light.radius);

@@ -181,9 +181,9 @@ static void print_case(stress_case *one, const char *method) {
     printf("scene %s, %s, smallest: V %.9g, truth %.9g, bound %.9g\n", one->cell, method,
            visibility[i], one->truth[i], bound[i]);
     printf("  point %.17g %.17g %.17g\n", one->points[i][0], one->points[i][1], one->points[i][2]);
-    printf("  light type %u at %.17g %.17g %.17g direction %.17g %.17g %.17g radius %.17g\n", l->type,
-           l->position[0], l->position[1], l->position[2], l->direction[0], l->direction[1],
-           l->direction[2], l->radius);
+    printf("  light type %u at %.17g %.17g %.17g direction %.17g %.17g %.17g radius %.17g\n",
+           l->type, l->position[0], l->position[1], l->position[2], l->direction[0],
+           l->direction[1], l->direction[2], l->radius);
     printf("  u %.17g %.17g %.17g v %.17g %.17g %.17g\n", l->u[0], l->u[1], l->u[2], l->v[0],
            l->v[1], l->v[2]);
     for (size_t t = 0; t < one->mesh.triangles; t++) {

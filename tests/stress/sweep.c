@@ -115,7 +115,8 @@ static void bad_points(const stress_case *one, void *user) {
         printf("%-16s %-22s", "bad points", all ? "all" : "every other");
         for (uint32_t k = 0; k < stress_method_count(); k++) {
             const softshadow_method m = stress_method(k);
-            const softshadow_status status = stress_ask(m.name, &worse, visibility, bound, STRESS_USUAL);
+            const softshadow_status status =
+                stress_ask(m.name, &worse, visibility, bound, STRESS_USUAL);
             size_t wrong = status != SOFTSHADOW_OK;
             for (size_t i = 0; i < one->count && !status; i++) {
                 wrong += (all || i % 2) != (isnan(visibility[i]) != 0);
@@ -227,7 +228,9 @@ static void acne(const char *cell, bool primitives, bool single, double offset) 
                          (dark && is_truthful(&m));
         broken += bad;
         printf(" %8.3f%c", percent, bad ? '!' : ' ');
-        if (csv) fprintf(csv, "acne,%s,%s,%s,%.6f,0,0\n", cell, m.name, bad ? "broken" : "held", percent);
+        if (csv)
+            fprintf(csv, "acne,%s,%s,%s,%.6f,0,0\n", cell, m.name, bad ? "broken" : "held",
+                    percent);
     }
     printf("\n");
     free_case(&one);
@@ -259,7 +262,9 @@ static void peter_panning(void) {
                          (start > 0 && is_truthful(&m));
         broken += bad;
         printf(" %8.2g%c", start, bad ? '!' : ' ');
-        if (csv) fprintf(csv, "peter-panning,wall,%s,%s,%.6g,0,0\n", m.name, bad ? "broken" : "held", start);
+        if (csv)
+            fprintf(csv, "peter-panning,wall,%s,%s,%.6g,0,0\n", m.name, bad ? "broken" : "held",
+                    start);
     }
     printf("\n");
     free_case(&one);

@@ -193,10 +193,13 @@ static void bases_are_orthogonal_and_permute(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(covers_every_item_once), cmocka_unit_test(lowest_failure_wins),
-        cmocka_unit_test(nested_loops_run),       cmocka_unit_test(arena_keeps_its_pointers),
+        cmocka_unit_test(covers_every_item_once),
+        cmocka_unit_test(lowest_failure_wins),
+        cmocka_unit_test(nested_loops_run),
+        cmocka_unit_test(arena_keeps_its_pointers),
         cmocka_unit_test(order_is_a_permutation_and_local),
-        cmocka_unit_test(structs_of_all_sizes),   cmocka_unit_test(bases_are_orthogonal_and_permute),
+        cmocka_unit_test(structs_of_all_sizes),
+        cmocka_unit_test(bases_are_orthogonal_and_permute),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,7 +58,8 @@ static void draw(const ss_raster *raster, size_t count, float first, float *out,
         .keep = keep,
         .keep_ctx = out};
     for (size_t i = 0; i < VALUES; i++) out[i] = i % 5 ? 0 : first;
-    if (raster->keep(triangle, count, RES, &ink, pool)) fail_msg("%s: %s", raster->name, ss_message());
+    if (raster->keep(triangle, count, RES, &ink, pool))
+        fail_msg("%s: %s", raster->name, ss_message());
 }
 
 static uint64_t random_state = 11;
@@ -79,7 +80,8 @@ static void make(int kind, size_t count) {
             for (int a = 0; a < 2; a++) p[a] = at[a] + uniform(-size, size);
             if (kind == 1) p[0] = floor(p[0]) + .5 * (k & 1), p[1] = floor(p[1]) + .5;
             if (kind == 3) p[1] = at[1] + (p[0] - at[0]) * .7 + (t % 3 ? uniform(-.2, .2) : 0);
-            for (int a = 0; a < SS_RASTER_ATTRIBUTES; a++) triangle[t].attribute[k][a] = uniform(-3, 3);
+            for (int a = 0; a < SS_RASTER_ATTRIBUTES; a++)
+                triangle[t].attribute[k][a] = uniform(-3, 3);
         }
         triangle[t].tag = (uint32_t)(t * 7);
     }

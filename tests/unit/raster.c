@@ -107,7 +107,8 @@ static void test_watertight(void **state) {
                 const int order[2][3] = {{0, 1 + flip, 2 - flip}, {0, 2 + flip, 3 - flip}};
                 for (int h = 0; h < 2; h++, n++) {
                     for (int k = 0; k < 3; k++) {
-                        t[n].corner[k][0] = c[order[h][k]][0], t[n].corner[k][1] = c[order[h][k]][1];
+                        t[n].corner[k][0] = c[order[h][k]][0],
+                        t[n].corner[k][1] = c[order[h][k]][1];
                         t[n].attribute[k][0] = 3 + .25 * t[n].corner[k][0] - .5 * t[n].corner[k][1];
                     }
                 }
@@ -124,7 +125,8 @@ static void test_watertight(void **state) {
                 for (int x = 0; x < RES; x++) {
                     assert_int_equal(count[y * RES + x], 1);
                     if (kind == 2) continue; /* its numbers are as large as its corners */
-                    assert_true(fabs(sum[y * RES + x] - (3 + .25 * (x + .5) - .5 * (y + .5))) < 1e-3);
+                    assert_true(fabs(sum[y * RES + x] - (3 + .25 * (x + .5) - .5 * (y + .5))) <
+                                1e-3);
                 }
             }
             free(count), free(sum);
@@ -186,7 +188,8 @@ static void check_depth(const scene *b, uint32_t resolution) {
             ss_pool_destroy(pool);
         }
         for (size_t i = 0; i < texels; i++) {
-            const double truth = cast(b->world, &frames.face[face], i % resolution + .5, i / resolution + .5);
+            const double truth =
+                cast(b->world, &frames.face[face], i % resolution + .5, i / resolution + .5);
             covered += first[i] < SS_MAP_FAR;
             assert_true(second[i] > first[i] || first[i] == SS_MAP_FAR);
             /* steep faces move by their slope times the snapping of 1/512 texel */
@@ -354,8 +357,8 @@ static void test_speed(void **state) {
     scene b = make(&s, &light);
     const ss_frames frames = fit(&b, 1024, NULL, false);
     float *plane = ss_alloc(1024 * 1024, sizeof *plane);
-    const ss_raster_casters casters = {.world = b.world, .frame = &frames.face[0], .resolution = 1024,
-                                       .deepest = SS_MAP_FAR};
+    const ss_raster_casters casters = {
+        .world = b.world, .frame = &frames.face[0], .resolution = 1024, .deepest = SS_MAP_FAR};
     for (uint32_t threads = 1; threads <= 2; threads++) {
         ss_pool *pool = test_pool(threads);
         double best = 1e9;
@@ -364,7 +367,8 @@ static void test_speed(void **state) {
             assert_int_equal(ss_raster_cpu.depth(&casters, plane, pool), SOFTSHADOW_OK);
             best = fmin(best, ss_clock() - start);
         }
-        print_message("%zu triangles at 1024^2 on %u threads: %.1f ms\n", s.triangle_count, threads, best * 1e3);
+        print_message("%zu triangles at 1024^2 on %u threads: %.1f ms\n", s.triangle_count, threads,
+                      best * 1e3);
         ss_pool_destroy(pool);
     }
     ss_free(plane);
@@ -374,8 +378,9 @@ static void test_speed(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_watertight), cmocka_unit_test(test_depth), cmocka_unit_test(test_faces),
-        cmocka_unit_test(test_looks),      cmocka_unit_test(test_speed), cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_watertight), cmocka_unit_test(test_depth),
+        cmocka_unit_test(test_faces),      cmocka_unit_test(test_looks),
+        cmocka_unit_test(test_speed),      cmocka_unit_test(test_holes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,7 +86,8 @@ static size_t check(const scene *b, const ss_eye *eye) {
     for (uint32_t threads = 2; threads <= 7; threads += 5) {
         ss_silhouette again = find(b, eye, threads);
         assert_int_equal(again.count, found.count);
-        if (found.count) assert_memory_equal(again.edges, found.edges, found.count * sizeof *found.edges);
+        if (found.count)
+            assert_memory_equal(again.edges, found.edges, found.count * sizeof *found.edges);
         ss_silhouette_free(&again);
     }
     const size_t count = found.count;
@@ -103,8 +104,8 @@ static void test_cube(void **state) {
     (void)state;
     shape s = shape_cube();
     scene b = make(&s);
-    const ss_eye above = eye_at(.1, .2, 5, 1), corner = eye_at(4, 5, 6, 1), side = eye_at(1, .3, 5, 1),
-                 sun = eye_at(0, 0, 1, 0), skew = eye_at(.3, .5, .7, 0);
+    const ss_eye above = eye_at(.1, .2, 5, 1), corner = eye_at(4, 5, 6, 1),
+                 side = eye_at(1, .3, 5, 1), sun = eye_at(0, 0, 1, 0), skew = eye_at(.3, .5, .7, 0);
     assert_int_equal(check(&b, &above), 4);
     assert_int_equal(check(&b, &corner), 6);
     assert_int_equal(check(&b, &side), 4); /* in the plane x = 1: that side counts as back */
@@ -118,8 +119,10 @@ static void test_cube(void **state) {
 
 static void test_sheets(void **state) {
     (void)state;
-    static const double v[][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {.5, .5, -.5}};
-    static const uint32_t front[][3] = {{0, 1, 2}, {0, 2, 3}}, flipped[][3] = {{0, 1, 2}, {0, 3, 2}},
+    static const double v[][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
+                                  {0, 1, 0}, {0, 0, 1}, {.5, .5, -.5}};
+    static const uint32_t front[][3] = {{0, 1, 2}, {0, 2, 3}},
+                          flipped[][3] = {{0, 1, 2}, {0, 3, 2}},
                           fan[][3] = {{0, 1, 2}, {0, 2, 3}, {0, 2, 4}, {2, 0, 5}};
     shape shapes[] = {SHAPE(v, front), SHAPE(v, flipped), SHAPE(v, fan)};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
@@ -183,8 +186,9 @@ static void test_sublinear(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cube),    cmocka_unit_test(test_sheets), cmocka_unit_test(test_bodies),
-        cmocka_unit_test(test_nothing), cmocka_unit_test(test_sublinear),
+        cmocka_unit_test(test_cube),      cmocka_unit_test(test_sheets),
+        cmocka_unit_test(test_bodies),    cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_sublinear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -66,7 +66,8 @@ static double area_below(bool disk, double angle, double cut) {
     }
     const double a = fabs(cos(angle)), b = fabs(sin(angle));
     const double far = fmin(fmax(a + b + cut, 0), 2 * (a + b)); /* from the lowest corner on */
-    const double triangle = far * far / 2, over_a = fmax(far - 2 * a, 0), over_b = fmax(far - 2 * b, 0);
+    const double triangle = far * far / 2, over_a = fmax(far - 2 * a, 0),
+                 over_b = fmax(far - 2 * b, 0);
     return (triangle - over_a * over_a / 2 - over_b * over_b / 2) / (4 * a * b);
 }
 

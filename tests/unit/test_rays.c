@@ -118,10 +118,12 @@ static void survives_wild_segments(void **unused) {
 /* A triangle in front, a thousand copies of one behind it, wound in every way, and another. */
 static void add_copies(stand *s, const softshadow_texture *opacity) {
     enum { COPIES = 1000 };
-    const float at[][3] = {{-1, -1, -0.25f}, {1, -1, -0.25f}, {0, 1, -0.25f}, {-1, -1, 0}, {1, -1, 0},
-                           {0.0f, 1, 0},     {-1, -1, 0.5f},  {1, -1, 0.5f},  {0, 1, 0.5f}, {-0.0f, 1, -0.0f}};
+    const float at[][3] = {{-1, -1, -0.25f}, {1, -1, -0.25f},  {0, 1, -0.25f}, {-1, -1, 0},
+                           {1, -1, 0},       {0.0f, 1, 0},     {-1, -1, 0.5f}, {1, -1, 0.5f},
+                           {0, 1, 0.5f},     {-0.0f, 1, -0.0f}};
     static const float uvs[10][2] = {{0}};
-    static const uint32_t ways[6][3] = {{3, 4, 5}, {4, 5, 3}, {5, 3, 4}, {4, 3, 9}, {3, 9, 4}, {9, 4, 3}};
+    static const uint32_t ways[6][3] = {{3, 4, 5}, {4, 5, 3}, {5, 3, 4},
+                                        {4, 3, 9}, {3, 9, 4}, {9, 4, 3}};
     uint32_t indices[COPIES + 2][3] = {{0, 1, 2}};
     for (int i = 0; i < COPIES; i++) memcpy(indices[1 + i], ways[i % 6], sizeof ways[0]);
     for (uint32_t k = 0; k < 3; k++) indices[COPIES + 1][k] = 6 + k;
@@ -182,7 +184,8 @@ static void keeps_copies_with_a_texture(void **unused) {
     fold_stand(&s);
 }
 
-static void run_serially(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t), void *ctx) {
+static void run_serially(void *user, uint64_t n, void (*body)(void *, uint64_t, uint64_t),
+                         void *ctx) {
     ++*(int *)user;
     for (uint64_t i = n; i > 0; i--) body(ctx, i - 1, i);
 }
@@ -250,12 +253,14 @@ static void no_ray_leaks(void **unused) {
     size_t n = 0;
     for (int i = 0; i <= RINGS; i++) {
         for (int j = 0; j < SIDES; j++) {
-            const double polar = 3.14159265358979 * i / RINGS, around = 6.28318530717959 * j / SIDES;
+            const double polar = 3.14159265358979 * i / RINGS,
+                         around = 6.28318530717959 * j / SIDES;
             at[i][j][0] = (float)(148376 + sin(polar) * cos(around));
             at[i][j][1] = (float)(1234 + sin(polar) * sin(around));
             at[i][j][2] = (float)(-223423 + cos(polar));
             if (i == RINGS) continue;
-            const uint32_t a = (uint32_t)(i * SIDES + j), b = (uint32_t)(i * SIDES + (j + 1) % SIDES);
+            const uint32_t a = (uint32_t)(i * SIDES + j),
+                           b = (uint32_t)(i * SIDES + (j + 1) % SIDES);
             const uint32_t six[6] = {a, a + SIDES, b, b, a + SIDES, b + SIDES};
             memcpy(indices + n, six, sizeof six), n += 6;
         }

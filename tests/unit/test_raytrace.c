@@ -13,8 +13,9 @@ static void ask(const stand *s, const softshadow_light *given, uint32_t samples,
     ss_counts counts = {0};
     ss_arena arena = {0};
     assert_int_equal(ss_raytrace.build(&stage, &state), SOFTSHADOW_OK);
-    assert_int_equal(ss_raytrace.query(&stage, state, points, n, visibility, bound, &arena, &counts),
-                     SOFTSHADOW_OK);
+    assert_int_equal(
+        ss_raytrace.query(&stage, state, points, n, visibility, bound, &arena, &counts),
+        SOFTSHADOW_OK);
     assert_int_equal(counts.lit + counts.umbra + counts.penumbra, n);
     ss_raytrace.destroy(state);
     ss_arena_free(&arena);
@@ -43,8 +44,8 @@ static void mark(score *sum, double truth, float visibility, float bound) {
 
 static void check(const char *name, const score *sum, double rms) {
     const double got = sqrt(sum->squares / (double)sum->points);
-    print_message("%s: %zu points, rms %.5f, worst %.4f, %zu outside their bound\n", name, sum->points,
-                  got, sum->worst, sum->outside);
+    print_message("%s: %zu points, rms %.5f, worst %.4f, %zu outside their bound\n", name,
+                  sum->points, got, sum->worst, sum->outside);
     assert_true(got <= rms);
     assert_true((double)sum->outside <= 0.001 * (double)sum->points);
 }
@@ -81,7 +82,9 @@ static void a_straight_edge_before_a_disk(void **unused) {
     fold_stand(&s);
 }
 
-static double overlap(double a, double b, double c, double d) { return fmax(0, fmin(b, d) - fmax(a, c)); }
+static double overlap(double a, double b, double c, double d) {
+    return fmax(0, fmin(b, d) - fmax(a, c));
+}
 
 /* Closed form 4: a rectangle before a parallel rectangle. */
 static void a_rectangle_before_a_rectangle(void **unused) {
@@ -164,7 +167,8 @@ static void a_screen_hides_its_share(void **unused) {
     stand s = {0};
     const double period = 0.05, width = 0.02;
     for (int i = 0; i < SLATS; i++) {
-        const double corner[3] = {(i - SLATS / 2) * period, -2, 1}, a[3] = {width, 0, 0}, b[3] = {0, 4, 0};
+        const double corner[3] = {(i - SLATS / 2) * period, -2, 1}, a[3] = {width, 0, 0},
+                     b[3] = {0, 4, 0};
         add_quad(&s, corner, a, b);
     }
     raise_stand(&s, NULL);
@@ -304,8 +308,10 @@ static void no_acne_at(double scale, double offset, double lumps, size_t n) {
             dark[way] += visibility[0] < 1;
         }
     }
-    print_message("ball of size %g at %g sizes: %zu points, dark %zu, with triangles %zu, with normals "
-                  "%zu, with both %zu\n", scale, offset, n, dark[0], dark[1], dark[2], dark[3]);
+    print_message(
+        "ball of size %g at %g sizes: %zu points, dark %zu, with triangles %zu, with normals "
+        "%zu, with both %zu\n",
+        scale, offset, n, dark[0], dark[1], dark[2], dark[3]);
     for (int way = 0; way < 4; way++) assert_int_equal(dark[way], 0);
     fold_stand(&s);
 }

@@ -27,8 +27,9 @@ static void inside_the_light(void **unused) {
     for (int kind = 0; kind < 4; kind++) {
         for (size_t c = 0; c < sizeof counts / sizeof counts[0]; c++) {
             ss_samples *samples;
-            assert_int_equal(ss_samples_create(&samples, counts[c], kind & 1, (ss_sequence)(kind >> 1)),
-                             SOFTSHADOW_OK);
+            assert_int_equal(
+                ss_samples_create(&samples, counts[c], kind & 1, (ss_sequence)(kind >> 1)),
+                SOFTSHADOW_OK);
             for (uint32_t first = 0; first < counts[c]; first += 16) {
                 const ss_turn turn = ss_samples_turn(ss_hash(first + c));
                 float s[16], t[16];

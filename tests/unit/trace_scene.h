@@ -40,7 +40,8 @@ static inline void add_mesh(stand *s, uint32_t type, const void *positions, size
 }
 
 /* A parallelogram: corner, two sides. */
-static inline void add_quad(stand *s, const double corner[3], const double a[3], const double b[3]) {
+static inline void add_quad(stand *s, const double corner[3], const double a[3],
+                            const double b[3]) {
     double at[4][3];
     const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     for (int k = 0; k < 3; k++) {

@@ -68,7 +68,8 @@ softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
     ss_free(b.count), ss_free(b.span);
     if (status) ss_bins_free(bins);
-    if (status == SOFTSHADOW_E_MEMORY) return ss_fail(status, "map: out of memory for %zu triangles", n);
+    if (status == SOFTSHADOW_E_MEMORY)
+        return ss_fail(status, "map: out of memory for %zu triangles", n);
     return status;
 }
 

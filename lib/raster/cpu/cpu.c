@@ -123,8 +123,8 @@ static softshadow_status sketch_bands(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool) {
+static softshadow_status keep(const ss_raster_triangle *triangles, size_t count,
+                              uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     if (ink->least) return ss_cpu_keep(triangles, count, resolution, ink, pool);
     sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
     softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, &s, pool);

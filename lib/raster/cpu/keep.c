@@ -92,8 +92,10 @@ static int32_t greatest_of(int32_t a, int32_t b) { return a > b ? a : b; }
 /* What the attributes can be in a box of texels, all four at once. */
 static inline void bound(const ss_scan *s, const int32_t box[4], ss_floats *low, ss_floats *high) {
     const ss_floats sx = ss_floats_load(s->step_x), sy = ss_floats_load(s->step_y);
-    const ss_floats left = sx * (float)(box[0] - s->first_x), right = sx * (float)(box[2] - s->first_x);
-    const ss_floats below = sy * (float)(box[1] - s->first_y), above = sy * (float)(box[3] - s->first_y);
+    const ss_floats left = sx * (float)(box[0] - s->first_x),
+                    right = sx * (float)(box[2] - s->first_x);
+    const ss_floats below = sy * (float)(box[1] - s->first_y),
+                    above = sy * (float)(box[3] - s->first_y);
     const ss_floats start = ss_floats_load(s->start);
     const ss_floats least = ss_floats_load(s->least), most = ss_floats_load(s->most);
     const ss_floats a = start + ss_floats_less(left, right) + ss_floats_less(below, above);
@@ -106,7 +108,8 @@ static bool add_visits(band *b, uint32_t part) {
     const sketch *s = b->sketch;
     const ss_scan *scan = &s->parts[part];
     const uint32_t tag = s->triangles[s->owner[part]].tag;
-    const int32_t low = greatest_of(scan->first_y, b->first_row), high = least_of(scan->last_y, b->last_row);
+    const int32_t low = greatest_of(scan->first_y, b->first_row),
+                  high = least_of(scan->last_y, b->last_row);
     for (int32_t row = (low - b->first_row) / TILE; row <= (high - b->first_row) / TILE; row++) {
         for (int32_t column = scan->first_x / TILE; column <= scan->last_x / TILE; column++) {
             const int32_t x = column * TILE, y = b->first_row + row * TILE;
@@ -128,11 +131,12 @@ static bool add_visits(band *b, uint32_t part) {
             ss_floats_store(from, lowest), ss_floats_store(to, highest);
             int kind = 0;
             const float least = s->ink->least(s->ink->keep_ctx, tag, from, to, &kind);
-            b->visits[b->count++] = (visit){.part = part,
-                                            .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column),
-                                            .kind = (uint8_t)kind,
-                                            .least = least,
-                                            .nearest = from[1]};
+            b->visits[b->count++] =
+                (visit){.part = part,
+                        .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column),
+                        .kind = (uint8_t)kind,
+                        .least = least,
+                        .nearest = from[1]};
         }
     }
     return true;
@@ -173,16 +177,19 @@ static bool sort_visits(band *b, span *spans) {
 
 static void draw_tile(const band *b, uint32_t tile, const span *of) {
     const sketch *s = b->sketch;
-    const uint32_t begin = tile ? b->start[tile * BUCKETS - 1] : 0, end = b->start[(tile + 1) * BUCKETS - 1];
+    const uint32_t begin = tile ? b->start[tile * BUCKETS - 1] : 0,
+                   end = b->start[(tile + 1) * BUCKETS - 1];
     const int32_t row = b->first_row + (int32_t)(tile / b->across) * TILE;
     const uint32_t column = tile % b->across * TILE, last = s->resolution - 1;
-    const uint32_t box[4] = {column, (uint32_t)row, column + TILE - 1 < last ? column + TILE - 1 : last,
+    const uint32_t box[4] = {column, (uint32_t)row,
+                             column + TILE - 1 < last ? column + TILE - 1 : last,
                              (uint32_t)least_of(row + TILE - 1, b->last_row)};
     float room[2] = {INFINITY, INFINITY};
     uint32_t since = 0;
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
-        if (since && v->least > 0) s->ink->room(s->ink->keep_ctx, box, of->nearest, room), since = 0;
+        if (since && v->least > 0)
+            s->ink->room(s->ink->keep_ctx, box, of->nearest, room), since = 0;
         if (!(v->least < room[v->kind])) continue;
         const ss_raster_triangle *t = &s->triangles[s->owner[v->part]];
         ss_scan part = s->parts[v->part];
@@ -241,8 +248,8 @@ static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool)
     return status ? status : ss_parallel_for(pool, s->bins.bands, 1, draw_bands, s);
 }
 
-softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool) {
+softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count,
+                              uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
     softshadow_status status = draw_near_first(&s, count, pool);
     if (status == SOFTSHADOW_E_MEMORY) {

@@ -5,7 +5,7 @@
 #include "raster/raster.h"
 
 /* The vtable's keep. */
-softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count, uint32_t resolution,
-                              const ss_raster_ink *ink, ss_pool *pool);
+softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count,
+                              uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);
 
 #endif

@@ -57,7 +57,8 @@ static inline void store(float *to, floats v, int32_t n) {
 static inline void depth_columns(const walk *w, const ss_scan_block *b, int32_t column) {
     const ss_scan *s = w->scan;
     const ints places = column + lane_number, wanted = (ints)(places < b->width);
-    const floats across = s->step_x[0] * __builtin_convertvector(places + (b->x - s->first_x), floats);
+    const floats across =
+        s->step_x[0] * __builtin_convertvector(places + (b->x - s->first_x), floats);
     const floats least_of = all_floats(s->least[0]), most_of = all_floats(s->most[0]);
     const int32_t n = w->resolution - b->x - column; /* lanes that are not inside keep what they hold */
     size_t at = (size_t)b->y * (size_t)w->resolution + (size_t)(b->x + column);
@@ -94,7 +95,8 @@ static void walk_depth(const walk *w) {
                        .width = least(SS_BAND, s->last_x - x + 1),
                        .height = least(SS_BAND, top - y + 1)};
             if (!ss_scan_block_set(&b, s)) continue;
-            for (int32_t column = 0; column < b.width; column += LANES) depth_columns(w, &b, column);
+            for (int32_t column = 0; column < b.width; column += LANES)
+                depth_columns(w, &b, column);
         }
     }
 }

@@ -11,11 +11,11 @@ void ss_scan_depth(const ss_scan *scan, int32_t first_row, int32_t last_row, uin
                    float bias, float *plane);
 void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
                   float bias, const float *above, float *plane);
-void ss_scan_runs(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t used, uint32_t tag,
-                  ss_raster_shade *shade, void *ctx);
+void ss_scan_runs(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t used,
+                  uint32_t tag, ss_raster_shade *shade, void *ctx);
 /* The same within a box, first and last column and row: {x, y, x, y}; at most a block. */
-void ss_scan_tile_runs(const ss_scan *scan, const int32_t box[4], uint32_t tag, ss_raster_shade *shade,
-                       void *ctx);
+void ss_scan_tile_runs(const ss_scan *scan, const int32_t box[4], uint32_t tag,
+                       ss_raster_shade *shade, void *ctx);
 /* Like depth, but a texel counts only where keep(ctx, weights of the corners) says so. */
 typedef bool ss_scan_keep(void *ctx, const double weight[3]);
 void ss_scan_masked(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,

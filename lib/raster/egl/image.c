@@ -51,7 +51,8 @@ static softshadow_status send(ss_egl_context *c, working *w) {
 static softshadow_status work(ss_egl_context *c, working *w, GLuint program) {
     const ss_gl *gl = &c->gl;
     const ss_raster_image *image = w->image;
-    const size_t groups = (w->pixels + GROUP - 1) / GROUP, across = groups < ACROSS ? groups : ACROSS;
+    const size_t groups = (w->pixels + GROUP - 1) / GROUP,
+                 across = groups < ACROSS ? groups : ACROSS;
     gl->UseProgram(program);
     gl->Uniform1ui(0, image->width), gl->Uniform1ui(1, image->height);
     gl->Uniform1ui(2, image->number), gl->Uniform1ui(3, image->ids != NULL);
