@@ -1,5 +1,6 @@
 # make check-stress: where arithmetic hurts, as a table (stress/sweep.csv); STRESS_SCENES (10,000)
 # random scenes against exact areas. Built by name only.
+EXTRA_DIST += %D%/sweep.csv
 if HAVE_CMOCKA
 EXTRA_PROGRAMS += tests/stress/sweep tests/stress/scenes
 tests_stress_sweep_SOURCES = %D%/sweep.c %D%/cases.c %D%/ask.c %D%/stress.h

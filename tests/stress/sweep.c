@@ -69,7 +69,7 @@ static void print_cell(const stress_case *one, const softshadow_method *m, const
     else
         printf(" %8.5f%c", v->worst, bad ? '!' : one->maps_too || is_truthful(m) ? ' ' : '~');
     if (csv)
-        fprintf(csv, "%s,%s,%s,%s,%.6f,%zu,%zu\n", one->sweep, one->cell, m->name,
+        fprintf(csv, "\"%s\",\"%s\",%s,%s,%.6f,%zu,%zu\n", one->sweep, one->cell, m->name,
                 v->refused ? "refused" : v->failed ? "failed" : bad ? "broken" : "held", v->worst,
                 v->invalid, v->outside);
 }
@@ -157,8 +157,8 @@ static void host_modes(const stress_case *one, void *user) {
             broken += others > 0;
             printf(" %8zu%c", others, others ? '!' : ' ');
             if (csv)
-                fprintf(csv, "host's modes,%s %s,%s,%s,%zu,0,0\n", one->sweep, names[mode], m.name,
-                        others ? "broken" : "held", others);
+                fprintf(csv, "\"host's modes\",\"%s %s\",%s,%s,%zu,0,0\n", one->sweep, names[mode],
+                        m.name, others ? "broken" : "held", others);
         }
         printf("\n");
     }
@@ -229,7 +229,7 @@ static void acne(const char *cell, bool primitives, bool single, double offset) 
         broken += bad;
         printf(" %8.3f%c", percent, bad ? '!' : ' ');
         if (csv)
-            fprintf(csv, "acne,%s,%s,%s,%.6f,0,0\n", cell, m.name, bad ? "broken" : "held",
+            fprintf(csv, "acne,\"%s\",%s,%s,%.6f,0,0\n", cell, m.name, bad ? "broken" : "held",
                     percent);
     }
     printf("\n");
