@@ -22,11 +22,16 @@
 
 typedef float ss_wide __attribute__((vector_size(16 * SS_FOURS)));
 typedef int32_t ss_wide_ints __attribute__((vector_size(16 * SS_FOURS)));
+/* As many doubles as the same register holds. */
+#define SS_DOUBLES (2 * SS_FOURS)
+typedef double ss_doubles __attribute__((vector_size(8 * SS_DOUBLES)));
+typedef int64_t ss_doubles_mask __attribute__((vector_size(8 * SS_DOUBLES)));
 typedef float ss_eight __attribute__((vector_size(32)));
 typedef int32_t ss_eight_ints __attribute__((vector_size(32)));
 
 /* In memory, anywhere: a memcpy of more than sixteen bytes goes through the stack in two halves. */
 typedef float ss_wide_there __attribute__((vector_size(16 * SS_FOURS), aligned(4), may_alias));
+typedef double ss_doubles_there __attribute__((vector_size(8 * SS_DOUBLES), aligned(8), may_alias));
 typedef float ss_eight_there __attribute__((vector_size(32), aligned(4), may_alias));
 typedef int32_t ss_eight_ints_there __attribute__((vector_size(32), aligned(4), may_alias));
 

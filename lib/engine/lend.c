@@ -142,13 +142,13 @@ static bool rays_are_repaid(const ss_built *built, uint64_t points) {
 static softshadow_status lend(softshadow *handle, uint32_t light, uint64_t points,
                               ss_progress *progress, ss_stage *stage) {
     ss_built *built = &handle->built;
-    softshadow_status status = SOFTSHADOW_OK;
-    if (levels_are_repaid(built, points)) status = make(handle, light, progress);
-    if (status) return status;
-    if (levels_are_repaid(built, points) && built->lod_lights)
-        stage->lod = built->lod_lights[light];
-    if (!stage->lod && rays_are_repaid(built, points)) status = make_tracer(handle, light, stage);
-    return status;
+    if (levels_are_repaid(built, points)) {
+        const softshadow_status status = make(handle, light, progress);
+        if (status) return status;
+        if (built->lod_lights) stage->lod = built->lod_lights[light];
+    }
+    if (stage->lod || !rays_are_repaid(built, points)) return SOFTSHADOW_OK;
+    return make_tracer(handle, light, stage);
 }
 
 softshadow_status ss_engine_lend(softshadow *handle, uint32_t light, size_t count,

@@ -1,21 +1,10 @@
 /* Compiled once for each rung. */
 #include <string.h>
 
+#include "base/wide.h"
 #include "engine/places.h"
 
-/* As many doubles as a register holds. */
-#if defined __AVX512F__
-#define LANES 8
-#elif defined __AVX2__
-#define LANES 4
-#else
-#define LANES 2
-#endif
-typedef double wide __attribute__((vector_size(8 * LANES)));
-typedef int64_t wide_mask __attribute__((vector_size(8 * LANES)));
-typedef float eight __attribute__((vector_size(32)));
-/* In memory, anywhere: a memcpy of more than sixteen bytes goes through the stack in two halves. */
-typedef double wide_there __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+/* Of a host: at any byte. */
 typedef float eight_there __attribute__((vector_size(32), aligned(1), may_alias));
 
 /* ---- as the caller has them ----------------------------------------------------------------- */
@@ -33,12 +22,12 @@ static void read_one(const softshadow_points *points, size_t i, double p[3]) {
 
 /* Eight packed points of floats: x y z x y z ... */
 static inline void read_eight(const char *at, ss_places *out, size_t i) {
-    const eight a = *(const eight_there *)at, b = *(const eight_there *)(at + sizeof a);
-    const eight c = *(const eight_there *)(at + 2 * sizeof a);
-    const eight x = __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0);
-    const eight y = __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0);
-    const eight z = __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0);
-    const eight all[3] = {__builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 10, 13),
+    const ss_eight a = *(const eight_there *)at, b = *(const eight_there *)(at + sizeof a);
+    const ss_eight c = *(const eight_there *)(at + 2 * sizeof a);
+    const ss_eight x = __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0);
+    const ss_eight y = __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0);
+    const ss_eight z = __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0);
+    const ss_eight all[3] = {__builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 10, 13),
                           __builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14),
                           __builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15)};
     for (int k = 0; k < 3; k++) {
@@ -68,18 +57,18 @@ void RUNG(ss_places_read)(const ss_stage *stage, const softshadow_points *points
     const ss_world *world = stage->world;
     const double *bounds = stage->params->bounds;
     const bool bounded = stage->params->bounded;
-    wide_mask fine = ~(wide_mask){0};
+    ss_doubles_mask fine = ~(ss_doubles_mask){0};
     read_all(points, first, n, out);
     for (int k = 0; k < 3; k++) {
-        for (size_t i = 0; i < n; i += LANES) {
-            wide at = *(const wide_there *)(out->at[k] + i);
+        for (size_t i = 0; i < n; i += SS_DOUBLES) {
+            ss_doubles at = *(const ss_doubles_there *)(out->at[k] + i);
             fine &= (at <= SS_COORDINATE_LIMIT) & (at >= -SS_COORDINATE_LIMIT);
             at = ((at - world->low[k]) - world->half[k]) * world->scale;
             if (bounded) fine &= (at >= bounds[k]) & (at <= bounds[3 + k]);
-            *(wide_there *)(out->at[k] + i) = at;
+            *(ss_doubles_there *)(out->at[k] + i) = at;
         }
     }
     int64_t all = -1;
-    for (int i = 0; i < LANES; i++) all &= fine[i];
+    for (int i = 0; i < SS_DOUBLES; i++) all &= fine[i];
     *good = all;
 }

@@ -2,23 +2,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/wide.h"
 #include "map/look.h"
 
-/* As many doubles as a register holds. */
-#if defined __AVX512F__
-#define LANES 8
-#elif defined __AVX2__
-#define LANES 4
-#else
-#define LANES 2
-#endif
-typedef double wide __attribute__((vector_size(8 * LANES)));
-typedef int64_t wide_mask __attribute__((vector_size(8 * LANES)));
-/* In memory, anywhere: a memcpy of more than sixteen bytes goes through the stack in two halves. */
-typedef double wide_there __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
-typedef int32_t ints_there __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
-typedef float wide_floats __attribute__((vector_size(4 * LANES)));
-typedef int32_t wide_ints __attribute__((vector_size(4 * LANES)));
+typedef int32_t ints_there __attribute__((vector_size(4 * SS_DOUBLES), aligned(4), may_alias));
+typedef float wide_floats __attribute__((vector_size(4 * SS_DOUBLES)));
+typedef int32_t wide_ints __attribute__((vector_size(4 * SS_DOUBLES)));
 
 void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size_t n,
                           ss_looks *out) {
@@ -26,22 +15,22 @@ void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size
     const double per = 1 / f.texel, low_x = f.low[0] * per, low_y = f.low[1] * per;
     const double behind = f.inverse > 0 ? 1 / f.inverse : INFINITY; /* the light, on the axis */
     const wide_floats most = (float)frames->resolution - (wide_floats){0}, zero = {0};
-    wide least = INFINITY - (wide){0};
-    for (size_t i = 0; i < n; i += LANES) {
-        wide d[3];
+    ss_doubles least = INFINITY - (ss_doubles){0};
+    for (size_t i = 0; i < n; i += SS_DOUBLES) {
+        ss_doubles d[3];
         for (int k = 0; k < 3; k++) {
-            d[k] = *(const wide_there *)(places->at[k] + i) - f.origin[k];
+            d[k] = *(const ss_doubles_there *)(places->at[k] + i) - f.origin[k];
         }
-        const wide x = d[0] * f.x[0] + d[1] * f.x[1] + d[2] * f.x[2];
-        const wide y = d[0] * f.y[0] + d[1] * f.y[1] + d[2] * f.y[2];
-        const wide z = d[0] * f.z[0] + d[1] * f.z[1] + d[2] * f.z[2];
-        const wide s = 1 / (1 + z * f.inverse), scaled = s * per, far = z + behind;
-        const wide square = x * x + y * y + far * far;
-        const wide_mask less = square < least, seen = z > f.nearest;
-        least = (wide)((less & (wide_mask)square) | (~less & (wide_mask)least));
+        const ss_doubles x = d[0] * f.x[0] + d[1] * f.x[1] + d[2] * f.x[2];
+        const ss_doubles y = d[0] * f.y[0] + d[1] * f.y[1] + d[2] * f.y[2];
+        const ss_doubles z = d[0] * f.z[0] + d[1] * f.z[1] + d[2] * f.z[2];
+        const ss_doubles s = 1 / (1 + z * f.inverse), scaled = s * per, far = z + behind;
+        const ss_doubles square = x * x + y * y + far * far;
+        const ss_doubles_mask less = square < least, seen = z > f.nearest;
+        least = (ss_doubles)((less & (ss_doubles_mask)square) | (~less & (ss_doubles_mask)least));
         /* before the near plane: as if it were outside of the map */
-        const wide across = x * scaled - low_x, outside = -1 - (wide){0};
-        const wide kept = (wide)((seen & (wide_mask)across) | (~seen & (wide_mask)outside));
+        const ss_doubles across = x * scaled - low_x, outside = -1 - (ss_doubles){0};
+        const ss_doubles kept = (ss_doubles)((seen & (ss_doubles_mask)across) | (~seen & (ss_doubles_mask)outside));
         const wide_floats column = __builtin_convertvector(kept, wide_floats);
         const wide_floats row = __builtin_convertvector(y * scaled - low_y, wide_floats);
         const wide_floats h = __builtin_convertvector(z * s, wide_floats);
@@ -55,7 +44,7 @@ void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size
         *(ints_there *)(out->h + i) = deep;
     }
     out->nearest = INFINITY;
-    for (int k = 0; k < LANES; k++)
+    for (int k = 0; k < SS_DOUBLES; k++)
         out->nearest = least[k] < out->nearest ? least[k] : out->nearest;
     memset(out->base, 0, sizeof out->base);
     memset(out->face, 0, sizeof out->face);

@@ -269,11 +269,9 @@ static const ss_lattice *first_samples(scratch *s) {
     return s->state->few;
 }
 
-/* ---- rays
- * --------------------------------------------------------------------------------------*/
+/* ---- rays ----------------------------------------------------------------------------------- */
 
-/* Where the last group took less than this share of what rays would, the next will hardly take all.
- */
+/* Where the last group took less than this share of what rays would, the next hardly takes all. */
 #define CHEAP 0.25
 
 /* Nanoseconds of a ray in a packet of sixteen, of any tree that is too large for the caches; umbrae

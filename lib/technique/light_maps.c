@@ -360,10 +360,8 @@ const char ss_outer_glsl[] = SS_LIGHT_MAPS_GLSL
     "    uvec2 cell = uvec2(low);\n"
     "    vec2 share = low - vec2(cell);\n"
     "    uint a = (base_of(face) + cell.y * side() + cell.x) * 4u, b = a + side() * 4u;\n"
-    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, "
-    "look.z);\n"
-    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, "
-    "look.z);\n"
+    "    float below = (1.0 - share.x) * outer_of(a, look.z) + share.x * outer_of(a + 4u, look.z);\n"
+    "    float above = (1.0 - share.x) * outer_of(b, look.z) + share.x * outer_of(b + 4u, look.z);\n"
     "    return falloff_at((1.0 - share.y) * below + share.y * above);\n"
     "}\n";
 

@@ -107,14 +107,13 @@ static inline float *ss_light_maps_words(ss_light_maps *maps, uint32_t face) {
 }
 /* The 16 that take a place in a face's map back to local coordinates, for SS_LIGHT_LIFT_GLSL. */
 void ss_light_maps_lift_words(const ss_frame *frame, float *words);
-#define SS_LIGHT_LIFT_GLSL                                                                         \
-    "vec3 word3(uint face, uint i) { return vec3(word(face, i), word(face, i + 1u), word(face, i " \
-    "+ 2u)); }\n"                                                                                  \
-    "vec3 lift(uint face, vec3 look) {\n"                                                          \
-    "    float s = 1.0 - look.z * word(face, 15u);\n"                                              \
-    "    vec2 at = (vec2(word(face, 12u), word(face, 13u)) + look.xy * word(face, 14u)) / s;\n"    \
-    "    return word3(face, 0u) + at.x * word3(face, 3u) + at.y * word3(face, 6u) +\n"             \
-    "           look.z / s * word3(face, 9u);\n"                                                   \
+#define SS_LIGHT_LIFT_GLSL \
+    "vec3 word3(uint face, uint i) { return vec3(word(face, i), word(face, i + 1u), word(face, i + 2u)); }\n" \
+    "vec3 lift(uint face, vec3 look) {\n" \
+    "    float s = 1.0 - look.z * word(face, 15u);\n" \
+    "    vec2 at = (vec2(word(face, 12u), word(face, 13u)) + look.xy * word(face, 14u)) / s;\n" \
+    "    return word3(face, 0u) + at.x * word3(face, 3u) + at.y * word3(face, 6u) +\n" \
+    "           look.z / s * word3(face, 9u);\n" \
     "}\n"
 extern const char ss_light_maps_hard_glsl[];
 
@@ -128,7 +127,7 @@ void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_po
 
 /* The rows of a technique's table that all of them have alike. */
 #define SS_LIGHT_MAPS_ROWS                                                                         \
-    .query = ss_light_maps_query, .query_places = ss_light_maps_query_places,                      \
+    .query = ss_light_maps_query, .query_places = ss_light_maps_query_places,                     \
     .look = ss_light_maps_look, .horizon = ss_light_maps_horizon,                                  \
     .map_count = ss_light_maps_count, .get_map = ss_light_maps_get,                                \
     .silhouette_edges = ss_light_maps_silhouettes, .casters_culled = ss_light_maps_culled

@@ -180,8 +180,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "    return z < t.y ? 1.0 : 0.0;\n"
     "}\n"
     "vec4 texel(uint at) {\n"
-    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + "
-    "3u]);\n"
+    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + 3u]);\n"
     "}\n"
     "float answer(vec3 look, uint face) {\n"
     "    float most = float(side()) - 1.5;\n"
@@ -192,15 +191,13 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "    uvec2 cell = uvec2(low);\n"
     "    float u = low.x - float(cell.x), v = low.y - float(cell.y), z = look.z;\n"
     "    uint at = base_of(face) + cell.y * side() + cell.x;\n"
-    "    vec4 a = texel(at), b = texel(at + right), c = texel(at + up), d = texel(at + up + "
-    "right);\n"
+    "    vec4 a = texel(at), b = texel(at + right), c = texel(at + up), d = texel(at + up + right);\n"
     "    vec4 w = vec4((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v);\n"
     "    float spread = max(max(a.x, b.x), max(c.x, d.x)) - min(min(a.x, b.x), min(c.x, d.x));\n"
     "    if (spread <= word(face, 0u) && a.x < 1e30) {\n"
     "        return falloff_at(equation_2(w.x * a + w.y * b + w.z * c + w.w * d, z));\n"
     "    }\n"
-    "    return falloff_at(w.x * alone(a, z) + w.y * alone(b, z) + w.z * alone(c, z) + w.w * "
-    "alone(d, z));\n"
+    "    return falloff_at(w.x * alone(a, z) + w.y * alone(b, z) + w.z * alone(c, z) + w.w * alone(d, z));\n"
     "}\n";
 
 static softshadow_status tables(void *state, ss_raster_question *question) {

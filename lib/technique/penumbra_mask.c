@@ -160,7 +160,8 @@ typedef struct comparing {
     const float *second; /* what lies below the first surface */
 } comparing;
 
-/* How much h changes towards the neighbours; what changes faster than SS_MAP_STEEPEST is another surface. */
+/* How much h changes towards the neighbours; what changes faster than SS_MAP_STEEPEST is another
+ * surface. */
 static float slope_along(const comparing *c, const float *at, bool before, bool after,
                          size_t step) {
     float slope = -1;
@@ -454,23 +455,22 @@ static softshadow_status finish(const ss_stage *stage, const void *state, const 
 /* ---- the same on a GPU ----------------------------------------------------------------------- */
 
 /* ss_hash() in halves, the lower one first. */
-#define HASH_GLSL                                                                                  \
-    "uvec2 add64(uvec2 a, uvec2 b) {\n"                                                            \
-    "    uint carry, low = uaddCarry(a.x, b.x, carry);\n"                                          \
-    "    return uvec2(low, a.y + b.y + carry);\n"                                                  \
-    "}\n"                                                                                          \
-    "uvec2 mul64(uvec2 a, uvec2 b) {\n"                                                            \
-    "    uint high, low;\n"                                                                        \
-    "    umulExtended(a.x, b.x, high, low);\n"                                                     \
-    "    return uvec2(low, high + a.x * b.y + a.y * b.x);\n"                                       \
-    "}\n"                                                                                          \
-    "uvec2 mix64(uvec2 a, int by) { return a ^ uvec2(a.x >> by | a.y << (32 - by), a.y >> by); "   \
-    "}\n"                                                                                          \
-    "uvec2 hash64(uvec2 x) {\n"                                                                    \
-    "    x = add64(x, uvec2(0x7f4a7c15u, 0x9e3779b9u));\n"                                         \
-    "    x = mul64(mix64(x, 30), uvec2(0x1ce4e5b9u, 0xbf58476du));\n"                              \
-    "    x = mul64(mix64(x, 27), uvec2(0x133111ebu, 0x94d049bbu));\n"                              \
-    "    return mix64(x, 31);\n"                                                                   \
+#define HASH_GLSL \
+    "uvec2 add64(uvec2 a, uvec2 b) {\n" \
+    "    uint carry, low = uaddCarry(a.x, b.x, carry);\n" \
+    "    return uvec2(low, a.y + b.y + carry);\n" \
+    "}\n" \
+    "uvec2 mul64(uvec2 a, uvec2 b) {\n" \
+    "    uint high, low;\n" \
+    "    umulExtended(a.x, b.x, high, low);\n" \
+    "    return uvec2(low, high + a.x * b.y + a.y * b.x);\n" \
+    "}\n" \
+    "uvec2 mix64(uvec2 a, int by) { return a ^ uvec2(a.x >> by | a.y << (32 - by), a.y >> by); }\n" \
+    "uvec2 hash64(uvec2 x) {\n" \
+    "    x = add64(x, uvec2(0x7f4a7c15u, 0x9e3779b9u));\n" \
+    "    x = mul64(mix64(x, 30), uvec2(0x1ce4e5b9u, 0xbf58476du));\n" \
+    "    x = mul64(mix64(x, 27), uvec2(0x133111ebu, 0x94d049bbu));\n" \
+    "    return mix64(x, 31);\n" \
     "}\n"
 
 /* words[1] to [6]: taps, the seed's halves, paper, is the light a disk, how many numbers its profile has.
@@ -480,8 +480,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL HASH_GLSL
     "layout(std430, binding = 6) readonly buffer Profile { float profile[]; };\n"
     "struct Asked { vec3 look; uint base; mat2 from_light; float gap; };\n"
     "vec4 texel_at(uint at) {\n"
-    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + "
-    "3u]);\n"
+    "    return vec4(planes[at * 4u], planes[at * 4u + 1u], planes[at * 4u + 2u], planes[at * 4u + 3u]);\n"
     "}\n"
     "vec4 place(Asked a, vec2 at) {\n"
     "    float most = float(side()) - 1.0;\n"
@@ -523,8 +522,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL HASH_GLSL
     "    if (st == vec2(0.0)) return st;\n"
     "    bool wide = abs(st.x) > abs(st.y);\n"
     "    float radius = wide ? st.x : st.y;\n"
-    "    float turn = wide ? 0.785398163 * (st.y / st.x) : 1.57079633 - 0.785398163 * (st.x / "
-    "st.y);\n"
+    "    float turn = wide ? 0.785398163 * (st.y / st.x) : 1.57079633 - 0.785398163 * (st.x / st.y);\n"
     "    return radius * vec2(cos(turn), sin(turn));\n"
     "}\n"
     "float profile_at(float away) {\n"
@@ -607,10 +605,8 @@ const ss_technique ss_penumbra_mask = {
     .title = "penumbra volumes as a mask for percentage-closer filtering",
     .cite = "Cou05",
     .notes =
-        "Noisy: mask_taps x mask_taps jittered taps a point, only inside the mask. blur: over so "
-        "many "
-        "pixels where the points are rows of an image, 1 for 12, never across ids. One depth of "
-        "edges "
+        "Noisy: mask_taps x mask_taps jittered taps a point, only inside the mask. blur: over so many "
+        "pixels where the points are rows of an image, 1 for 12, never across ids. One depth of edges "
         "for all that blocks, and only what the light's centre sees. falloff: only paper makes a "
         "difference, the taps have the light's shape.",
     .needs = SS_NEEDS_SILHOUETTES,

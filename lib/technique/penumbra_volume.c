@@ -200,15 +200,13 @@ static const char offer_glsl[] = SS_RIM_GLSL
     "    precise float begin = edge + rise;\n"
     "    float receiver = depth < words[4] && away > 0.0 ? depth : words[4];\n"
     "    precise float gap = receiver - edge;\n"
-    "    key = words[5] != 0.0 ? begin : abs(away) * words[0] / (gap > words[2] ? gap : "
-    "words[2]);\n"
+    "    key = words[5] != 0.0 ? begin : abs(away) * words[0] / (gap > words[2] ? gap : words[2]);\n"
     "    bool covered = away <= 0.0 || (away <= 1.0 && depth < sunk);\n"
     "    uint side = tag | (f.inside ? 2u : 0u);\n"
     "    value.x = covered && words[5] == 0.0 && depth > begin ? depth : begin;\n"
     "    value.y = end_of(depth, edge, away, open);\n"
     "    value.zw = vec2(side / 4096u, side % 4096u);\n"
-    "    return f.outwards != vec2(0.0) && (words[5] != 0.0 || matters(depth, edge, away, open, "
-    "rise));\n"
+    "    return f.outwards != vec2(0.0) && (words[5] != 0.0 || matters(depth, edge, away, open, rise));\n"
     "}\n";
 
 /* ---- the edges' ends ------------------------------------------------------------------------ */
@@ -495,10 +493,8 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LIGHT_LIFT_GLSL
     "    vec3 point = lift(face, look);\n"
     "    uint a = base_of(face) + cell.y * side() + cell.x;\n"
     "    float first = alone(face, a, look, point), second = alone(face, a + right, look, point);\n"
-    "    float third = alone(face, a + up, look, point), last = alone(face, a + up + right, look, "
-    "point);\n"
-    "    float below = first + share.x * (second - first), above = third + share.x * (last - "
-    "third);\n"
+    "    float third = alone(face, a + up, look, point), last = alone(face, a + up + right, look, point);\n"
+    "    float below = first + share.x * (second - first), above = third + share.x * (last - third);\n"
     "    return below + share.y * (above - below);\n"
     "}\n";
 
@@ -527,8 +523,7 @@ const ss_technique ss_penumbra_volume = {
     .notes =
         "One edge a texel: where penumbrae overlap the others do not count, and inside a shadow "
         "narrower than its penumbra only the nearer side lets light in. Silhouettes are those seen "
-        "from the light's centre. rect: taken as the disk of its area. Opacity textures make holes "
-        "in "
+        "from the light's centre. rect: taken as the disk of its area. Opacity textures make holes in "
         "the shadow, not penumbrae.",
     .needs = SS_NEEDS_SILHOUETTES,
     .bound_kind = SOFTSHADOW_BOUND_NONE,

@@ -37,8 +37,7 @@ static uint64_t mix_floats(const float *values, size_t count) {
     return hash;
 }
 
-/* ---- What is asked ------------------------------------------------------------------------------
- */
+/* ---- What is asked ---------------------------------------------------------------------- */
 
 /* Points on the ground and on casters, with normals that are their own. */
 static void add_points(place *p, double half) {
@@ -99,8 +98,7 @@ static softshadow_light make_light(const place *p, int which) {
     return light;
 }
 
-/* ---- Answers as lines ---------------------------------------------------------------------------
- */
+/* ---- Answers as lines ------------------------------------------------------------------- */
 
 static void print_query(softshadow *handle, const place *p, const char *label) {
     static float visibility[N], bound[N];

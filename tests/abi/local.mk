@@ -7,7 +7,7 @@ hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless \
   %D%/gpu_faults %D%/gpu_host %D%/gpu_glx
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
-EXTRA_DIST += %D%/plain.h %D%/compatible.py %D%/libsoftshadow.abi.xml
+EXTRA_DIST += %D%/plain.h %D%/require.h %D%/compatible.py %D%/libsoftshadow.abi.xml
 HOST_CPPFLAGS = -I$(top_srcdir)/lib -I$(top_srcdir)/tests
 
 # Knows the library by its file name only.
@@ -44,7 +44,7 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 check_PROGRAMS += %D%/of_1_0
 TESTS += %D%/of_1_0
 %C%_of_1_0_SOURCES = %D%/of_1_0.c %D%/old/softshadow.h
-%C%_of_1_0_CPPFLAGS = -I$(srcdir)/%D%/old
+%C%_of_1_0_CPPFLAGS = -I$(srcdir)/%D%/old -I$(srcdir)/tests
 %C%_of_1_0_LDADD = libsoftshadow.la
 
 if HAVE_CMOCKA

@@ -9,17 +9,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "abi/require.h"
 #include "softshadow.h"
 
-#define REQUIRE(condition, ...)                                                                    \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "%s:%d: %s: ", __FILE__, __LINE__, #condition);                        \
-            fprintf(stderr, __VA_ARGS__);                                                          \
-            fprintf(stderr, "\n");                                                                 \
-            exit(1);                                                                               \
-        }                                                                                          \
-    } while (0)
 #define OK(call) REQUIRE((call) == SOFTSHADOW_OK, "%s", softshadow_last_message(handle))
 /* Fails with that status, and says why. */
 #define REFUSED(status, call)                                                                      \

@@ -7,19 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "abi/require.h"
 #include "softshadow.h"
 
 enum { PLAIN_SKIP = 77, PLAIN_POINTS = 1024 };
-
-#define REQUIRE(condition, ...)                                                                    \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "%s:%d: %s: ", __FILE__, __LINE__, #condition);                        \
-            fprintf(stderr, __VA_ARGS__);                                                          \
-            fprintf(stderr, "\n");                                                                 \
-            exit(1);                                                                               \
-        }                                                                                          \
-    } while (0)
 
 /* The library's functions, linked or looked up by hand. */
 typedef struct plain_api {

@@ -10,11 +10,11 @@
 enum { VALUES = 1, KEYS = 2, BEFORE = 3, TABLES = 4, WINNERS = 7 };
 
 #define OFFER_GLSL                                                                                 \
-    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value);\n"     \
+    "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value);\n"             \
     "layout(location = 2) uniform uint first_key;\n"                                               \
     "layout(std430, binding = 2) buffer Keys { uint keys[]; };\n"                                  \
     "layout(std430, binding = 7) buffer Winners { uint winners[]; };\n"                            \
-    "bool offered(uint scan, ivec2 at, precise out float key, out vec4 value) {\n"                 \
+    "bool offered(uint scan, ivec2 at, precise out float key, out vec4 value) {\n"                         \
     "    vec4 a;\n"                                                                                \
     "    for (int k = 0; k < 4; k++) a[k] = varied(scan, k, at);\n"                                \
     "    return offer(scans[scan].tag, at, a, key, value) && key < uintBitsToFloat(first_key);\n"  \

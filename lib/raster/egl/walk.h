@@ -72,27 +72,26 @@ softshadow_status ss_walk_list_add(ss_walk_list *list, const ss_scan *scan, uint
     "    return uintBitsToFloat((b & 0x80000000u) != 0u ? b & 0x7fffffffu : ~b);\n" \
     "}\n"
 
-#define SS_WALK_PIECES_GLSL                                                                        \
-    "struct Piece { uint scan; uint corner; uint size; int at[3]; };\n"                            \
-    "layout(std430, binding = 1) readonly buffer Pieces { Piece pieces[]; };\n"                    \
-    "void texel(uint scan, ivec2 at, uint index);\n"                                               \
-    "void main() {\n"                                                                              \
-    "    uint p = invocation();\n"                                                                 \
-    "    if (p >= count) return;\n"                                                                \
-    "    uint s = pieces[p].scan;\n"                                                               \
-    "    ivec2 corner = ivec2(pieces[p].corner & 0xffffu, pieces[p].corner >> 16);\n"              \
-    "    ivec2 size = ivec2(pieces[p].size & 0xffffu, pieces[p].size >> 16);\n"                    \
-    "    ivec3 edge = ivec3(pieces[p].at[0], pieces[p].at[1], pieces[p].at[2]);\n"                 \
-    "    ivec3 right = ivec3(scans[s].right[0], scans[s].right[1], scans[s].right[2]);\n"          \
-    "    ivec3 up = ivec3(scans[s].up[0], scans[s].up[1], scans[s].up[2]);\n"                      \
-    "    for (int y = 0; y < size.y; y++) {\n"                                                     \
-    "        ivec3 e = edge + up * y;\n"                                                           \
-    "        for (int x = 0; x < size.x; x++, e += right) {\n"                                     \
-    "            ivec2 at = corner + ivec2(x, y);\n"                                               \
-    "            if ((e.x | e.y | e.z) >= 0) texel(s, at, uint(at.y) * resolution + "              \
-    "uint(at.x));\n"                                                                               \
-    "        }\n"                                                                                  \
-    "    }\n"                                                                                      \
+#define SS_WALK_PIECES_GLSL \
+    "struct Piece { uint scan; uint corner; uint size; int at[3]; };\n" \
+    "layout(std430, binding = 1) readonly buffer Pieces { Piece pieces[]; };\n" \
+    "void texel(uint scan, ivec2 at, uint index);\n" \
+    "void main() {\n" \
+    "    uint p = invocation();\n" \
+    "    if (p >= count) return;\n" \
+    "    uint s = pieces[p].scan;\n" \
+    "    ivec2 corner = ivec2(pieces[p].corner & 0xffffu, pieces[p].corner >> 16);\n" \
+    "    ivec2 size = ivec2(pieces[p].size & 0xffffu, pieces[p].size >> 16);\n" \
+    "    ivec3 edge = ivec3(pieces[p].at[0], pieces[p].at[1], pieces[p].at[2]);\n" \
+    "    ivec3 right = ivec3(scans[s].right[0], scans[s].right[1], scans[s].right[2]);\n" \
+    "    ivec3 up = ivec3(scans[s].up[0], scans[s].up[1], scans[s].up[2]);\n" \
+    "    for (int y = 0; y < size.y; y++) {\n" \
+    "        ivec3 e = edge + up * y;\n" \
+    "        for (int x = 0; x < size.x; x++, e += right) {\n" \
+    "            ivec2 at = corner + ivec2(x, y);\n" \
+    "            if ((e.x | e.y | e.z) >= 0) texel(s, at, uint(at.y) * resolution + uint(at.x));\n" \
+    "        }\n" \
+    "    }\n" \
     "}\n"
 
 /* A pass under way: buffers that live from its first list to its last. */
