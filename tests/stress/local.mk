@@ -1,5 +1,6 @@
 # make check-stress: where arithmetic hurts, as a table (stress/sweep.csv); STRESS_SCENES (10,000)
-# random scenes against exact areas. Built by name only.
+# random scenes against exact areas; the library loaded and let go STRESS_LOADS (1,000) times. Built
+# by name only.
 EXTRA_DIST += %D%/sweep.csv
 if HAVE_CMOCKA
 EXTRA_PROGRAMS += tests/stress/sweep tests/stress/scenes
@@ -11,10 +12,12 @@ tests_stress_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 tests_stress_scenes_LDADD = $(PROOF_LIBS)
 
 STRESS_SCENES = 10000
-check-stress: tests/stress/sweep tests/stress/scenes
+STRESS_LOADS = 1000
+check-stress: tests/stress/sweep tests/stress/scenes tests/abi/dlopen libsoftshadow.la
 	@$(MKDIR_P) stress
 	./tests/stress/sweep --csv stress/sweep.csv
 	./tests/stress/scenes 0 $(STRESS_SCENES)
+	top_builddir=. ./tests/abi/dlopen $(STRESS_LOADS)
 
 endif
 clean-local-stress:
