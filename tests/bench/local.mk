@@ -1,6 +1,6 @@
 EXTRA_DIST += %D%/results.csv %D%/llvmpipe.csv %D%/maps.csv %D%/plot_maps.py \
-  %D%/browser.py %D%/check.py %D%/plots.py %D%/report.css %D%/report.py
-bench_tests = %D%/check_test.py %D%/page.py
+  %D%/browser.py %D%/check.py %D%/front.py %D%/plots.py %D%/report.css %D%/report.py
+bench_tests = %D%/check_test.py %D%/front_test.py %D%/page.py
 dist_check_SCRIPTS += $(bench_tests)
 TESTS += $(bench_tests)
 # Built by name only: make tests/bench/decimate
@@ -25,7 +25,12 @@ bench: all
 # Whether ratios or errors are worse than results.csv says: minutes, and no part of make check.
 bench-check: all
 	$(PYTHON) $(srcdir)/%D%/check.py $(srcdir)/%D%/results.csv --run ./softshadow
-.PHONY: bench bench-check
+# Whether auto is on the front of every scene under every light: see front.py.
+FRONT_FLAGS =
+bench-front: all
+	@$(MKDIR_P) $(BENCH_DIR)
+	$(PYTHON) $(srcdir)/%D%/front.py --run ./softshadow csv=$(BENCH_DIR)/front.csv $(FRONT_FLAGS)
+.PHONY: bench bench-check bench-front
 clean-local-bench:
 	-rm -rf bench
 clean-local: clean-local-bench

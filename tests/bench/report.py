@@ -15,11 +15,10 @@ import shutil
 import sys
 import time
 
+import front
 import plots
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MUST = 1 / 64  # where auto must be on the front
-NOISE = 1.1    # FRONT_NOISE of cli/bench/matrix.h
 
 
 def read(folder, name):
@@ -123,20 +122,6 @@ def against_peer(rows):
     return theirs / float(row["ns_a_point"]) if theirs else None
 
 
-def verdicts(matrix):
-    """Rows of auto that must be on the front: (cell, row, who is ahead or None, behind, behind of ours)."""
-    out = []
-    for key, rows in cells(matrix).items():
-        for row in rows:
-            error = float(row["penumbra_rms"])
-            if row["method"] != "auto" or error > MUST:
-                continue
-            rivals = [r for r in rows if r is not row and float(r["penumbra_rms"]) <= error]
-            ahead = min(rivals, key=lambda r: float(r["ns_a_point"]), default=None)
-            out.append((key, row, ahead, float(row["behind"]), float(row["behind_ours"])))
-    return out
-
-
 # ---- Parts of the page ------------------------------------------------------------------------------
 
 
@@ -156,8 +141,8 @@ def legend(rows):
 
 
 def facts(matrix, sweep):
-    told = verdicts(matrix)
-    fine = sum(behind <= NOISE for _, _, _, behind, _ in told)
+    told = front.verdicts(matrix)
+    fine = sum(behind <= front.NOISE for _, _, _, behind, _ in told)
     automatic = [row for row in matrix if row["method"] == "auto"]
     ratios = [ratio for ratio in (against_peer(rows) for rows in cells(matrix).values()) if ratio]
     items = []
@@ -194,11 +179,11 @@ def fronts(matrix, folder):
 
 def front_table(matrix):
     rows = []
-    for key, row, ahead, behind, ours in verdicts(matrix):
-        good = behind <= NOISE
+    for key, row, ahead, behind, ours in front.verdicts(matrix):
+        good = behind <= front.NOISE
         by = "%s, %s" % (plots.name_of(ahead), setting(ahead)) if ahead else "none"
         pill = ("good", "on the front") if good else ("bad", "behind")
-        rows.append([of_cell(key, row), row["setting"], "%.5f" % float(row["penumbra_rms"]),
+        rows.append([of_cell(key[:3], row), row["setting"], "%.5f" % float(row["penumbra_rms"]),
                      duration(float(row["ns_a_point"])),
                      by,
                      "%.2f" % behind if behind else "–", "%.2f" % ours if ours else "–",
