@@ -5,12 +5,13 @@ libsoftshadow_core_la_SOURCES += \
   %D%/floor.c %D%/floor.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/kernel_view.h \
+  %D%/sky.c %D%/sky.h \
   %D%/lattice.c %D%/lattice.h \
   %D%/slab.c %D%/slab.h \
   %D%/view.c %D%/view.h
-libss_scalar_la_SOURCES += %D%/group_scalar.c %D%/lanes_scalar.h
+libss_scalar_la_SOURCES += %D%/group_scalar.c %D%/lanes_scalar.h %D%/sky_scalar.c %D%/sky_kernel.h
 EXTRA_DIST += %D%/lanes_avx2.h %D%/lanes_avx512.h
 if HAVE_X86
-libss_avx2_la_SOURCES += %D%/group_avx2.c
-libss_avx512_la_SOURCES += %D%/group_avx512.c
+libss_avx2_la_SOURCES += %D%/group_avx2.c %D%/sky_avx2.c
+libss_avx512_la_SOURCES += %D%/group_avx512.c %D%/sky_avx512.c
 endif

@@ -21,6 +21,7 @@ static void free_states(ss_built *built) {
         built->plan.raster->unload(built->programs[i]);
     }
     ss_engine_drop_tracers(built);
+    ss_engine_drop_skies(built);
     ss_free(built->programs);
     ss_free(built->states);
     ss_free(built->stages);

@@ -33,6 +33,8 @@ typedef struct ss_built {
     struct ss_lod_light **lod_lights; /* by light, as they are asked for */
     uint32_t lod_light_count;
     void **tracers; /* by light: raytrace's states for auto */
+    struct ss_sky **skies; /* by light, as they are asked for; NULL for one: it can have none */
+    bool *skies_tried;
     bool no_rays;   /* Embree cannot be used here: auto does without */
     struct ss_topology *topology;
     struct ss_silhouette_tree *silhouettes;
@@ -72,6 +74,7 @@ softshadow_status ss_engine_lend(softshadow *handle, uint32_t light, size_t coun
 void ss_engine_drop_lod(ss_built *built);
 void ss_engine_drop_lod_lights(ss_built *built); /* what depends on the lights */
 void ss_engine_drop_tracers(ss_built *built);    /* and on what was asked for */
+void ss_engine_drop_skies(ss_built *built);
 size_t ss_engine_lod_bytes(const ss_built *built);
 
 /* Answers a checked batch. */

@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "coverage/sky.h"
 #include "engine/device.h"
 #include "engine/engine.h"
 #include "engine/order.h"
@@ -150,6 +152,9 @@ typedef struct batch {
     float *visibility;
     size_t first, count; /* the block */
     ss_order order;
+    bool sky;         /* lit points are told first: the order is of the others */
+    uint32_t *left;   /* which those are; NULL without */
+    size_t *counts;   /* of them, in each LOOK points */
     bool places;  /* of points are all that is asked for: see engine/places.h */
     bool settles; /* whole groups may be answered before the technique is asked */
     ss_progress *progress;
@@ -233,11 +238,95 @@ static softshadow_status look_at(void *ctx, uint64_t begin, uint64_t end) {
     return add_bad(b, bad);
 }
 
-/* Points first .. first + n - 1, which were looked at. */
+static void add_counts(batch *b, const ss_counts *counts) {
+    pthread_mutex_lock(&b->lock);
+    ss_counts *sum = &b->totals->counts;
+    sum->lit += counts->lit, sum->umbra += counts->umbra, sum->penumbra += counts->penumbra;
+    sum->traced += counts->traced, sum->settled += counts->settled, sum->rays += counts->rays;
+    sum->spared += counts->spared, sum->up += counts->up, sum->down += counts->down;
+    pthread_mutex_unlock(&b->lock);
+}
+
+/* ---- lit points first ----------------------------------------------------------------------- */
+
+#define LOOK ((size_t)4096) /* points that are looked at in one go */
+
+static ss_sky_ask *const ask_sky[] = SS_RUNGS(ss_sky_ask);
+
+static void leave(const batch *b, size_t j, const double p[3], size_t *to) {
+    for (int k = 0; k < 3; k++) b->order.at[*to][k] = (float)p[k];
+    b->left[(*to)++] = (uint32_t)j;
+}
+
+/* Points one by one: some of them cannot be answered. */
+static uint64_t leave_good(const batch *b, size_t first, size_t n, size_t *to) {
+    uint64_t bad = 0;
+    for (size_t j = first; j < first + n; j++) {
+        ss_point point;
+        if (ss_engine_point(b->asked->stage, b->points, b->first + j, &point)) {
+            leave(b, j, point.p, to);
+        } else {
+            answer_bad(b, b->first + j);
+            bad++;
+        }
+    }
+    return bad;
+}
+
+/* Answers those that are lit for sure; the others go to the front of the range. */
+static softshadow_status answer_lit(void *ctx, uint64_t begin, uint64_t end) {
+    batch *b = ctx;
+    const ss_stage *stage = b->asked->stage;
+    const double ulp = b->points->position_type == SOFTSHADOW_F64 ? 0x1p-52 : 0x1p-23;
+    size_t to = begin;
+    uint64_t bad = 0;
+    for (size_t first = begin, n; first < end; first += n) {
+        ss_places places;
+        uint64_t lit;
+        n = end - first < SS_PLACES ? end - first : SS_PLACES;
+        if (!ss_places_read(stage, b->points, b->first + first, n, &places)) {
+            bad += leave_good(b, first, n, &to);
+            continue;
+        }
+        ask_sky[stage->rung](stage->sky, &places, n, ulp, &lit);
+        for (size_t i = 0; i < n; i++) b->visibility[b->first + first + i] = 1;
+        for (uint64_t m = n < 64 ? ~lit & ((UINT64_C(1) << n) - 1) : ~lit; m; m &= m - 1) {
+            const size_t i = (size_t)__builtin_ctzll(m);
+            leave(b, first + i, (double[]){places.at[0][i], places.at[1][i], places.at[2][i]}, &to);
+        }
+    }
+    b->counts[begin / LOOK] = to - begin;
+    const uint64_t told = end - to - bad;
+    const ss_counts counts = {.lit = told, .settled = told};
+    add_counts(b, &counts);
+    const softshadow_status status = ss_progress_add(b->progress, told);
+    return status ? status : add_bad(b, bad);
+}
+
+/* The order's points, and which they are: those that are not told. Gives how many. */
+static softshadow_status look_first(batch *b, ss_arena *arena, size_t *left) {
+    const size_t ranges = (b->count + LOOK - 1) / LOOK;
+    b->left = ss_arena_alloc(arena, b->count, sizeof *b->left);
+    b->counts = ss_arena_alloc(arena, ranges, sizeof *b->counts);
+    if (!b->left || !b->counts)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
+    const softshadow_status status = ss_parallel_for(b->handle->pool, b->count, LOOK, answer_lit, b);
+    *left = 0;
+    for (size_t i = 0; i < ranges && !status; i++) {
+        memmove(b->order.at + *left, b->order.at + i * LOOK, b->counts[i] * sizeof *b->order.at);
+        memmove(b->left + *left, b->left + i * LOOK, b->counts[i] * sizeof *b->left);
+        *left += b->counts[i];
+    }
+    return status;
+}
+
+/* ---- the others ----------------------------------------------------------------------------- */
+
+/* Points first .. first + n - 1 of the order's, which were looked at. */
 static void read_points(const batch *b, bool plain, size_t first, size_t n, ss_point *points) {
     const ss_stage *stage = b->asked->stage;
     for (size_t j = 0; j < n; j++) {
-        const size_t i = b->first + first + j;
+        const size_t place = b->left ? b->left[first + j] : first + j, i = b->first + place;
         ss_point *point = &points[j];
         if (plain) {
             double host[3];
@@ -250,19 +339,10 @@ static void read_points(const batch *b, bool plain, size_t first, size_t n, ss_p
         } else {
             ss_engine_point(stage, b->points, i, point);
         }
-        point->place = (uint32_t)(first + j);
+        point->place = (uint32_t)place;
         if (!b->points->primitives) continue;
         ss_engine_primitive(&b->handle->scene, stage, b->points->primitives[i], point);
     }
-}
-
-static void add_counts(batch *b, const ss_counts *counts) {
-    pthread_mutex_lock(&b->lock);
-    ss_counts *sum = &b->totals->counts;
-    sum->lit += counts->lit, sum->umbra += counts->umbra, sum->penumbra += counts->penumbra;
-    sum->traced += counts->traced, sum->settled += counts->settled, sum->rays += counts->rays;
-    sum->spared += counts->spared, sum->up += counts->up, sum->down += counts->down;
-    pthread_mutex_unlock(&b->lock);
 }
 
 /* Answers n points, which it may move about, in this worker's scratch. */
@@ -383,10 +463,13 @@ static softshadow_status answer_block(batch *b, ss_arena *arena) {
     if (!ss_order_reserve(&b->order, b->count, arena)) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
     }
-    softshadow_status status = ss_parallel_for(pool, b->count, 4096, look_at, b);
-    if (!status) status = ss_order_morton(&b->order, b->count, pool);
+    size_t count = b->count;
+    softshadow_status status = b->sky ? look_first(b, arena, &count)
+                                      : ss_parallel_for(pool, b->count, LOOK, look_at, b);
+    if (status || !count) return status;
+    status = ss_order_morton(&b->order, count, pool);
     if (status) return status;
-    const size_t items = b->order.count, share = (range * items + b->count - 1) / b->count;
+    const size_t items = b->order.count, share = (range * items + count - 1) / count;
     return ss_parallel_for(pool, items, share ? share : 1, answer_range, b);
 }
 
@@ -427,6 +510,8 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                 asked->stage->params->weighting == SOFTSHADOW_UNIFORM;
     b.places = asked->technique->query_places && !asked->program && !points->normals &&
                !points->primitives;
+    b.sky = asked->stage->sky && asked->technique->group && !asked->program && !points->normals &&
+            !points->primitives && !points->error_bound;
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");

@@ -12,6 +12,7 @@ struct ss_bvh;
 struct ss_rays;
 struct ss_raster;
 struct ss_raster_question;
+struct ss_sky;
 
 /* What a technique needs before its build; the plan prepares these and nothing else. */
 enum {
@@ -20,7 +21,8 @@ enum {
     SS_NEEDS_EDGES = 4,      /* topology's edge table */
     SS_NEEDS_COMPONENTS = 8, /* topology's closed components */
     SS_NEEDS_LOD = 16,       /* trace/lod.h: coarser scenes, in queries large enough to repay them */
-    SS_NEEDS_SILHOUETTES = 32 /* silhouette/silhouette.h's tree, and the edge table it reads */
+    SS_NEEDS_SILHOUETTES = 32, /* silhouette/silhouette.h's tree, and the edge table it reads */
+    SS_NEEDS_SKY = 64          /* coverage/sky.h: lit points told first, likewise */
 };
 
 #define SS_LIGHTS_ALL 15u /* a bit per light type */
@@ -58,6 +60,7 @@ typedef struct ss_stage {
     const struct ss_raster *raster; /* draws the maps, in builds */
     int rung;                       /* base/cpu.h */
     const struct ss_lod_light *lod; /* NULL in builds, and in queries that do not repay it */
+    const struct ss_sky *sky; /* likewise; read by the engine only */
     const void *tracer; /* likewise: raytrace.h's state for auto; then rays are not NULL either */
     ss_spent *spent; /* of builds: techniques add to it */
     bool rows; /* of this query: its points are rows of an image, and finish() follows */

@@ -11,7 +11,7 @@ PROOF_LIBS = libsoftshadow-proof.la libsoftshadow.la $(CMOCKA_LIBS) -lm -lpthrea
 
 oracles = tests/oracle/self
 proofs = %D%/closed_forms %D%/relations %D%/bits %D%/inputs \
-  %D%/levels %D%/measures %D%/random_scenes
+  %D%/levels %D%/measures %D%/random_scenes %D%/sky
 check_PROGRAMS += $(oracles) $(proofs)
 TESTS += $(oracles) $(proofs)
 
@@ -31,6 +31,8 @@ tests_oracle_self_LDADD = $(PROOF_LIBS)
 %C%_levels_LDADD = $(PROOF_LIBS)
 %C%_measures_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_measures_LDADD = $(PROOF_LIBS)
+%C%_sky_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_sky_LDADD = $(PROOF_LIBS)
 %C%_random_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_random_scenes_LDADD = $(PROOF_LIBS)
 endif

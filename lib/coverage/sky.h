@@ -1,0 +1,55 @@
+/* Points that certainly see all of a light, told by one look at a map.
+ *
+ * Put the light into a ball around its centre. A point is lit if no caster meets the hull of point and
+ * ball, and then so is every point between it and the ball's centre: its hull is a part of that. So
+ * along each ray from the centre there is a nearness to the light beyond which points are lit, and the
+ * map holds numbers that are nowhere below it. sky.c says why. All that is ever told is "lit", where
+ * drawing would give the same: answers do not show whether there was a map. */
+#ifndef SS_COVERAGE_SKY_H
+#define SS_COVERAGE_SKY_H
+
+#include "base/status.h"
+#include "scene/light.h"
+#include "scene/point.h"
+#include "trace/bvh.h"
+
+/* Where points are in the map. With d = p - origin in the frame's axes (x, y, z), z away from the light:
+ * sun: at (x, y), of nearness -z. Else the origin is the light's centre, r the length of d, and the
+ * point is at (x, y) 2 D / (z + r), a stereographic projection, of nearness D (D - r) / r: as under a
+ * sun for casters that are small beside D. */
+typedef struct ss_sky_frame {
+    bool sun;
+    double origin[3], axis[3][3]; /* x, y, z */
+    double distance;              /* D: of the casters' middle */
+    double least;                 /* sun: no caster has a smaller z; else, a smaller r */
+    double low[2], texel;
+    uint32_t width, height;
+} ss_sky_frame;
+
+typedef struct ss_sky {
+    ss_sky_frame frame;
+    double inside;    /* the map holds for points within this radius of its middle */
+    double most;      /* nearness of all casters, ... */
+    double around;    /* ... which are in this radius */
+    double outside;   /* points beyond this one are lit */
+    double slope;     /* between the two: what nearness may be less for each unit farther out */
+    float *all;       /* points of larger nearness are lit: [row][column] */
+    /* The largest face, if it is large: what points over it, or touching it, may exceed instead. */
+    float *over; /* or NULL */
+    double normal[3], offset; /* its plane; the light is all on the positive side */
+    double centre[3], lowest; /* the light's height over it at least, ... */
+    double finite, reach;     /* ... against the way there: |p - centre| finite + reach */
+} ss_sky;
+
+/* *out becomes NULL where there can be no map: nothing casts, or it is among the casters, or the light
+ * is a point. */
+softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light *light);
+void ss_sky_destroy(ss_sky *sky);
+size_t ss_sky_bytes(const ss_sky *sky);
+
+/* A bit for each of n points: it is lit for sure. ulp: see ss_point. */
+typedef void ss_sky_ask(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
+                        uint64_t *lit);
+ss_sky_ask ss_sky_ask_scalar, ss_sky_ask_avx2, ss_sky_ask_avx512;
+
+#endif

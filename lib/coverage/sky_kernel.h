@@ -1,0 +1,88 @@
+/* Compiled once for each rung. */
+#include <math.h>
+
+#include "base/wide.h"
+#include "coverage/sky.h"
+
+#define ALL(x)     ((x) - (ss_doubles){0})
+#define LEAST_SINE 0.01    /* of the light's height over a face */
+#define FARTHEST   0x1p+20 /* local units: beyond, rounding takes more than the map's margins */
+
+typedef int32_t wide_ints __attribute__((vector_size(4 * SS_DOUBLES)));
+
+static inline ss_doubles along(const ss_doubles d[3], const double n[3]) {
+    return d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
+}
+
+static inline ss_doubles root(ss_doubles a) {
+#if SS_FOURS == 4
+    return (ss_doubles)_mm512_sqrt_pd((__m512d)a);
+#elif SS_FOURS == 2
+    return (ss_doubles)_mm256_sqrt_pd((__m256d)a);
+#else
+    return (ss_doubles){sqrt(a[0]), sqrt(a[1])};
+#endif
+}
+
+/* As floor.h's: over the face, or so little below that the face is touched where it could be met. */
+static inline ss_doubles_mask is_over(const ss_sky *sky, const ss_doubles p[3], double ulp) {
+    ss_doubles square = {0};
+    for (int k = 0; k < 3; k++) square += (p[k] - sky->centre[k]) * (p[k] - sky->centre[k]);
+    const ss_doubles way = root(square) * sky->finite + sky->reach;
+    const ss_doubles height = along(p, sky->normal) - sky->offset;
+    return (sky->lowest >= LEAST_SINE * way) &
+           (height * (way + sky->lowest) >= ALL(-2 * ulp * sky->lowest));
+}
+
+/* Each lane's number of the map, for lanes that are in it. */
+static inline ss_doubles look(const float *map, const wide_ints *at) {
+    ss_doubles out = {0};
+    for (int i = 0; i < SS_DOUBLES; i++) out[i] = (double)map[(*at)[i]];
+    return out;
+}
+
+/* Some of the points, as many as a register holds. */
+static inline ss_doubles_mask ask(const ss_sky *sky, const ss_doubles p[3], double ulp) {
+    const ss_sky_frame *f = &sky->frame;
+    const double per = 1 / f->texel;
+    ss_doubles d[3];
+    for (int k = 0; k < 3; k++) d[k] = p[k] - f->origin[k];
+    ss_doubles x = along(d, f->axis[0]), y = along(d, f->axis[1]), nearness, far;
+    const ss_doubles z = along(d, f->axis[2]);
+    if (f->sun) {
+        nearness = -z, far = z;
+    } else {
+        far = root(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        const ss_doubles s = 2 * f->distance / (z + far);
+        x *= s, y *= s, nearness = f->distance * (f->distance - far) / far;
+    }
+    const ss_doubles square = x * x + y * y, radius = root(square);
+    ss_doubles_mask fine = (far < f->least) | (radius > sky->outside) |
+                           (nearness > sky->most - (radius - sky->around) * sky->slope);
+    const ss_doubles column = (x - f->low[0]) * per, row = (y - f->low[1]) * per;
+    const ss_doubles_mask in = (column >= 0) & (row >= 0) & (column < f->width) &
+                               (row < f->height) & (radius < sky->inside);
+    const wide_ints at =
+        __builtin_convertvector((ss_doubles)(in & (ss_doubles_mask)row), wide_ints) *
+            (int32_t)f->width +
+        __builtin_convertvector((ss_doubles)(in & (ss_doubles_mask)column), wide_ints);
+    fine |= in & (nearness > look(sky->all, &at));
+    if (sky->over) fine |= in & is_over(sky, p, ulp) & (nearness > look(sky->over, &at));
+    return fine & (far < FARTHEST);
+}
+
+void RUNG(ss_sky_ask)(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
+                      uint64_t *lit) {
+    uint64_t bits = 0;
+    for (size_t i = 0; i < n; i += SS_DOUBLES) {
+        ss_doubles p[3];
+        for (int k = 0; k < 3; k++) p[k] = *(const ss_doubles_there *)(places->at[k] + i);
+        const ss_doubles_mask fine = ask(sky, p, ulp);
+#if SS_FOURS == 4
+        bits |= (uint64_t)_mm512_movepi64_mask((__m512i)fine) << i;
+#else
+        for (size_t j = 0; j < SS_DOUBLES; j++) bits |= (uint64_t)(fine[j] & 1) << (i + j);
+#endif
+    }
+    *lit = n < 64 ? bits & ((UINT64_C(1) << n) - 1) : bits;
+}

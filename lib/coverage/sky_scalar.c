@@ -1,0 +1,2 @@
+#define RUNG(name) name##_scalar
+#include "coverage/sky_kernel.h"
