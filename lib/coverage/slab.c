@@ -71,13 +71,16 @@ static bool fill(const ss_group *g, const rates *r, ss_slab *slab, const ss_lod_
     return any;
 }
 
-/* Finer slabs go on into coarser ones by what both may be off, so that nothing falls between. What
- * is so near the light that a level could put it behind is the casters' own business. */
-static void join(ss_group *g, float more) {
+/* A finer slab goes on into the next coarser one by what these two may be off, so that nothing
+ * falls between; by what the coarsest is off, it would draw all of its faces there in vain. What is
+ * so near the light that a level could put it behind is the casters' own business. */
+static void join(ss_group *g, const ss_lod *lod, float rate, float room) {
     for (uint32_t i = 0; i + 1 < g->slab_count; i++) {
-        g->slabs[i].t_until = g->slabs[i + 1].t_safe + more;
+        const double finer = i ? lod->level[i - 1].deviation_max : 0;
+        const float off = (float)fmax(finer, lod->level[i].deviation_max);
+        g->slabs[i].t_until = g->slabs[i + 1].t_safe + 2 * rate * off;
     }
-    g->slabs[0].t_again = g->slabs[1].t_beyond - more;
+    g->slabs[0].t_again = g->slabs[1].t_beyond - 2 * rate * room;
 }
 
 static void set_full(ss_group *g) {
@@ -111,7 +114,7 @@ double ss_group_set_slabs(ss_group *g, const ss_lod_light *lod, double stray) {
         g->slab_count++;
     }
     if (g->slab_count == 1) return 0;
-    join(g, 2 * r.most_t * (float)room);
+    join(g, lod->lod, r.most_t, (float)room);
     g->blur_from = g->slabs[1].t_floor;
     for (uint32_t k = 2; k < g->slab_count; k++) { /* a finer level may stray more */
         g->blur_from = fminf(g->blur_from, g->slabs[k].t_floor);

@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define SS_LEVELS_MOST 3
+#define SS_LEVELS_MOST 4
 
 /* A level has about a quarter of the triangles of the one before it (of the mesh itself, for the
  * first). What is closed in the mesh is closed in the level. The level's surface lies on both sides

@@ -173,6 +173,20 @@ static void sphere_has_three(void **unused) {
     shape_free(&sphere);
 }
 
+static void a_dense_mesh_has_four(void **unused) {
+    (void)unused;
+    shape sphere = shape_sphere(260, .05);
+    built b = build_shape(&sphere);
+    const ss_mesh_levels *levels = &b.levels->meshes[0];
+    assert_int_equal(levels->count, 4);
+    assert_true(levels->level[3].triangle_count <= sphere.triangle_count / 256 + 1);
+    assert_true(levels->level[3].triangle_count >= 1000);
+    assert_true(is_closed(&levels->level[3]));
+    assert_true(levels->level[3].deviation_rms > levels->level[2].deviation_rms);
+    drop(&b);
+    shape_free(&sphere);
+}
+
 /* A wavy sheet of n x n squares. */
 static shape shape_sheet(uint32_t n) {
     shape s = {malloc((n + 1) * (n + 1) * sizeof *s.vertices),
@@ -549,8 +563,8 @@ static void content_is_checked(void **unused) {
     size_t size;
     unsigned char good[4096];
     memcpy(good, read_all(&size), sizeof good);
-    const size_t counts = 48, vertices = counts + 3 * 32, indices = vertices + 5 * 12;
-    const uint32_t five = 5, two = 2, four = 4;
+    const size_t counts = 48, vertices = counts + SS_LEVELS_MOST * 32, indices = vertices + 5 * 12;
+    const uint32_t five = 5, two = 2, four = 4, many = SS_LEVELS_MOST + 1;
     const float nan = NAN, large = 1e20f;
     const double bad = NAN, negative = -1, rms = .5;
     const uint64_t huge = UINT64_MAX / 12, none = 0;
@@ -569,7 +583,7 @@ static void content_is_checked(void **unused) {
     forge(good, size, counts + 16, &negative, 8), assert_refused();
     forge(good, size, counts + 16, &rms, 8), assert_refused(); /* above the largest */
     forge(good, size, counts + 24, &bad, 8), assert_refused();
-    forge(good, size, 12, &four, 4), assert_refused(); /* levels */
+    forge(good, size, 12, &many, 4), assert_refused(); /* levels */
     ss_mesh_levels_free(&made);
     files(true);
 }
@@ -653,8 +667,9 @@ static void writers_at_once(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sphere_has_three),        cmocka_unit_test(sheet_keeps_its_rim),
-        cmocka_unit_test(none_for_soup_and_small), cmocka_unit_test(hostile_meshes),
+        cmocka_unit_test(sphere_has_three),        cmocka_unit_test(a_dense_mesh_has_four),
+        cmocka_unit_test(sheet_keeps_its_rim),     cmocka_unit_test(none_for_soup_and_small),
+        cmocka_unit_test(hostile_meshes),
         cmocka_unit_test(closed_stays_closed),     cmocka_unit_test(moves_with_its_mesh),
         cmocka_unit_test(same_on_any_threads),     cmocka_unit_test(can_be_cancelled),
         cmocka_unit_test(second_build_is_read),    cmocka_unit_test(damage_is_noticed),
