@@ -41,33 +41,54 @@ static inline ss_doubles look(const float *map, const wide_ints *at) {
     return out;
 }
 
-/* Some of the points, as many as a register holds. */
+static inline bool any(ss_doubles_mask mask) {
+#if SS_FOURS == 4
+    return _mm512_movepi64_mask((__m512i)mask) != 0;
+#else
+    int64_t all = 0;
+    for (int i = 0; i < SS_DOUBLES; i++) all |= mask[i];
+    return all != 0;
+#endif
+}
+
+/* Where points are on the plane, and how near: one division does for both. */
+static inline void project(const ss_sky_frame *f, const ss_doubles d[3], ss_doubles *x,
+                           ss_doubles *y, ss_doubles *nearness, ss_doubles *far) {
+    const ss_doubles z = along(d, f->axis[2]);
+    *x = along(d, f->axis[0]), *y = along(d, f->axis[1]);
+    if (f->sun) {
+        *nearness = -z, *far = z;
+        return;
+    }
+    const ss_doubles r = root(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), sum = z + r;
+    const ss_doubles one = f->distance / (sum * r), s = 2 * r * one;
+    *x *= s, *y *= s, *nearness = (f->distance - r) * sum * one, *far = r;
+}
+
+/* Some of the points, as many as a register holds. What hardly any needs comes last. */
 static inline ss_doubles_mask ask(const ss_sky *sky, const ss_doubles p[3], double ulp) {
     const ss_sky_frame *f = &sky->frame;
     const double per = 1 / f->texel;
-    ss_doubles d[3];
+    ss_doubles d[3], x, y, nearness, far;
     for (int k = 0; k < 3; k++) d[k] = p[k] - f->origin[k];
-    ss_doubles x = along(d, f->axis[0]), y = along(d, f->axis[1]), nearness, far;
-    const ss_doubles z = along(d, f->axis[2]);
-    if (f->sun) {
-        nearness = -z, far = z;
-    } else {
-        far = root(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        const ss_doubles s = 2 * f->distance / (z + far);
-        x *= s, y *= s, nearness = f->distance * (f->distance - far) / far;
-    }
-    const ss_doubles square = x * x + y * y, radius = root(square);
-    ss_doubles_mask fine = (far < f->least) | (radius > sky->outside) |
-                           (nearness > sky->most - (radius - sky->around) * sky->slope);
+    project(f, d, &x, &y, &nearness, &far);
+    const ss_doubles square = x * x + y * y;
     const ss_doubles column = (x - f->low[0]) * per, row = (y - f->low[1]) * per;
     const ss_doubles_mask in = (column >= 0) & (row >= 0) & (column < f->width) &
-                               (row < f->height) & (radius < sky->inside);
+                               (row < f->height) & (square < sky->inside * sky->inside);
     const wide_ints at =
         __builtin_convertvector((ss_doubles)(in & (ss_doubles_mask)row), wide_ints) *
             (int32_t)f->width +
         __builtin_convertvector((ss_doubles)(in & (ss_doubles_mask)column), wide_ints);
-    fine |= in & (nearness > look(sky->all, &at));
-    if (sky->over) fine |= in & is_over(sky, p, ulp) & (nearness > look(sky->over, &at));
+    ss_doubles_mask fine = (far < f->least) | (in & (nearness > look(sky->all, &at)));
+    if (any(~fine)) {
+        const ss_doubles radius = root(square);
+        fine |= (radius > sky->outside) |
+                (nearness > sky->most - (radius - sky->around) * sky->slope);
+    }
+    if (sky->over && any(in & ~fine)) {
+        fine |= in & is_over(sky, p, ulp) & (nearness > look(sky->over, &at));
+    }
     return fine & (far < FARTHEST);
 }
 
