@@ -250,24 +250,33 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     return depth;
 }
 
-/* How many samples differ from the next in their row, or column: how long the rims of what is
- * covered are, in cells. */
-static inline uint32_t roughness(const uint32_t *mask, const uint32_t *outside, uint32_t words) {
-    uint64_t across = 0, along = 0;
-    for (uint32_t i = 0; i < words; i++) {
-        const uint32_t in = ~outside[i];
-        across += (uint64_t)__builtin_popcount((mask[i] ^ mask[i] >> 1) & in & in >> 1);
-        if (i % SS_BLOCK == SS_BLOCK - 1) continue;
-        along += (uint64_t)__builtin_popcount((mask[i] ^ mask[i + 1]) & in & ~outside[i + 1]);
+/* Of the samples that are seen the weight, and how many samples differ from the next in their row, or
+ * column within a block: how long the rims of what is covered are, in cells. */
+static inline void count_samples(ss_group *g, uint32_t blocks, unsigned lane) {
+    _Alignas(64) static const uint32_t within[SS_BLOCK] = {
+        ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, 0};
+    const ss_lattice *lattice = g->lattice;
+    const uint32_t *mask = ss_group_mask(g, lane);
+    const size_t words = (size_t)blocks * SS_BLOCK;
+    vi seen = i_zero(), rims = i_zero();
+    for (uint32_t b = 0; b < blocks; b++) {
+        const vi m = i_load(mask + SS_BLOCK * b), all = i_set(~0u);
+        const vi in = i_andnot(all, i_load(lattice->outside + SS_BLOCK * b));
+        for (uint32_t p = 0; p < lattice->planes; p++) {
+            const uint32_t *plane = lattice->plane + p * words + SS_BLOCK * b;
+            seen = i_count(seen, i_andnot(i_load(plane), m), p);
+        }
+        const vi across = i_and(i_xor(m, i_halve(m)), i_and(in, i_halve(in)));
+        const vi along = i_and(i_xor(m, i_next(m)), i_and(in, i_next(in)));
+        rims = i_count(i_count(rims, across, 0), i_and(along, i_load(within)), 0);
     }
-    return (uint32_t)(across + along);
+    g->visible[lane] = i_total(seen), g->rough[lane] = (uint32_t)i_total(rims);
 }
 
 /* What came out for each lane. */
 static inline void conclude(const walk *w) {
     ss_group *g = w->g;
     const ss_lattice *lattice = g->lattice;
-    const size_t words = (size_t)w->blocks * SS_BLOCK;
     g->lit = g->dark = 0;
     for (uint32_t lanes = g->lanes; lanes; lanes &= lanes - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(lanes);
@@ -281,24 +290,8 @@ static inline void conclude(const walk *w) {
             added = i_or(
                 added, i_xor(i_load(mask + SS_BLOCK * b), i_load(lattice->outside + SS_BLOCK * b)));
         }
-        if (!i_any(added)) {
-            g->lit |= 1u << lane;
-            continue;
-        }
-        uint64_t sum = 0;
-        for (uint32_t p = 0; p < lattice->planes; p++) {
-            const uint32_t *plane = lattice->plane + p * words;
-            uint64_t bits = 0;
-            for (size_t i = 0; i < words; i += 2) {
-                uint64_t counted, covered;
-                memcpy(&counted, plane + i, sizeof counted);
-                memcpy(&covered, mask + i, sizeof covered);
-                bits += (uint64_t)__builtin_popcountll(counted & ~covered);
-            }
-            sum += bits << p;
-        }
-        g->visible[lane] = sum;
-        g->rough[lane] = roughness(mask, lattice->outside, (uint32_t)words);
+        if (i_any(added)) count_samples(g, w->blocks, lane);
+        else g->lit |= 1u << lane;
     }
 }
 

@@ -123,6 +123,35 @@ static inline __m256i columns_from(__m256 u, __m256 rows) {
     const __m256i count = _mm256_cvttps_epi32(_mm256_max_ps(u, _mm256_setzero_ps()));
     return _mm256_sllv_epi32(_mm256_castps_si256(rows), count);
 }
+static inline vi i_halve(vi x) {
+    return BOTH(vi, _mm256_srli_epi32(x.a, 1), _mm256_srli_epi32(x.b, 1));
+}
+static inline vi i_next(vi x) {
+    const __m256i turn = _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 0);
+    const __m256i a = _mm256_permutevar8x32_epi32(x.a, turn),
+                  b = _mm256_permutevar8x32_epi32(x.b, turn);
+    return BOTH(vi, _mm256_blend_epi32(a, b, 128), _mm256_blend_epi32(b, a, 128));
+}
+/* By nibbles. */
+static inline __m256i count_half(__m256i sum, __m256i x, uint32_t shift) {
+    const __m256i ones = _mm256_broadcastsi128_si256(
+        _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+    const __m256i low = _mm256_set1_epi8(15);
+    const __m256i bytes = _mm256_add_epi8(
+        _mm256_shuffle_epi8(ones, _mm256_and_si256(x, low)),
+        _mm256_shuffle_epi8(ones, _mm256_and_si256(_mm256_srli_epi16(x, 4), low)));
+    const __m256i counts = _mm256_sad_epu8(bytes, _mm256_setzero_si256());
+    return _mm256_add_epi64(sum, _mm256_sll_epi64(counts, _mm_cvtsi32_si128((int)shift)));
+}
+static inline vi i_count(vi sum, vi x, uint32_t shift) {
+    return BOTH(vi, count_half(sum.a, x.a, shift), count_half(sum.b, x.b, shift));
+}
+static inline uint64_t i_total(vi sum) {
+    const __m256i all = _mm256_add_epi64(sum.a, sum.b);
+    const __m128i half =
+        _mm_add_epi64(_mm256_castsi256_si128(all), _mm256_extracti128_si256(all, 1));
+    return (uint64_t)_mm_extract_epi64(half, 0) + (uint64_t)_mm_extract_epi64(half, 1);
+}
 static inline vi i_columns_from(vf u, vm rows) {
     return BOTH(vi, columns_from(u.a, rows.a), columns_from(u.b, rows.b));
 }

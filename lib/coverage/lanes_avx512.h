@@ -58,6 +58,21 @@ static inline vi i_columns_from(vf u, vm rows) {
     return _mm512_maskz_sllv_epi32(rows, _mm512_set1_epi32(-1), count);
 }
 
+static inline vi i_halve(vi a) { return _mm512_srli_epi32(a, 1); }
+static inline vi i_next(vi a) { return _mm512_alignr_epi32(a, a, 1); }
+/* By nibbles. */
+static inline vi i_count(vi sum, vi a, uint32_t shift) {
+    const vi ones = _mm512_broadcast_i32x4(
+        _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+    const vi low = _mm512_set1_epi8(15);
+    const vi bytes = _mm512_add_epi8(
+        _mm512_shuffle_epi8(ones, _mm512_and_si512(a, low)),
+        _mm512_shuffle_epi8(ones, _mm512_and_si512(_mm512_srli_epi16(a, 4), low)));
+    const vi counts = _mm512_sad_epu8(bytes, _mm512_setzero_si512());
+    return _mm512_add_epi64(sum, _mm512_sll_epi64(counts, _mm_cvtsi32_si128((int)shift)));
+}
+static inline uint64_t i_total(vi sum) { return (uint64_t)_mm512_reduce_add_epi64(sum); }
+
 static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
     const __m512i bit = _mm512_set1_epi16((short)(1 << lane));
     const uint64_t low = _mm512_test_epi16_mask(_mm512_load_si512(lanes), bit);

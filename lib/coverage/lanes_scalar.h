@@ -3,7 +3,9 @@
  * rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
  * where m is true. f_magic is a first guess of 1 / a, within 13 %. i_columns_from gives the bits
  * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32.
- * lane_bits gives bit `lane` of sixty-four numbers. */
+ * lane_bits gives bit `lane` of sixty-four numbers. i_halve shifts each word by one bit, i_next gives
+ * each the word after it, the last the first. i_count adds to counters the number of ones << shift, and
+ * i_total sums these counters up; how many of them there are differs. */
 #ifndef SS_COVERAGE_LANES_H
 #define SS_COVERAGE_LANES_H
 
@@ -107,6 +109,16 @@ static inline int i_any(vi a) {
     uint32_t any = 0;
     for (int i = 0; i < 16; i++) any |= a.v[i];
     return any != 0;
+}
+static inline vi i_halve(vi a) { EACH(vi, a.v[i] >> 1); }
+static inline vi i_next(vi a) { EACH(vi, a.v[(i + 1) % 16]); }
+static inline vi i_count(vi sum, vi a, uint32_t shift) {
+    EACH(vi, sum.v[i] + ((uint32_t)__builtin_popcount(a.v[i]) << shift));
+}
+static inline uint64_t i_total(vi sum) {
+    uint64_t all = 0;
+    for (int i = 0; i < 16; i++) all += sum.v[i];
+    return all;
 }
 static inline vi i_columns_from(vf u, vm rows) { EACH(vi, bits_from(u.v[i]) & rows.v[i]); }
 
