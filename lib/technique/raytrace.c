@@ -26,20 +26,22 @@
 #define CLEAR_SHARE 0.9  /* of contact.clear: the origin is rounded, too */
 #define END_GAP 0x1p-21  /* rounding of floats at the light's end, local units: trace/contact.h */
 /* Triangles across a packet, up to which it is traced as one. Time of that over rays for themselves:
- * width             1     1.7    2.6    3.4    5.8    6.1    6.8    7.7    8.2    8.3   14     20
- * 2,000 leaves     .62    .89          1.20
- * 20,000 leaves                  .86
- * bunny 70k                                          .87           1.13
- * spheres 80k                                               .95           .97
- * dragons 202k, 871k                           .81                               .87  1.07   1.03 */
-#define COHERENT 7
+ * width             1     1.7    2.6    3.4    4.6    5.8    6.1    6.8    7.7    8.2    8.5   14     20
+ * 2,000 leaves     .62    .89    .98   1.20   1.13          1.19
+ * 20,000 leaves           .71    .86          1.10                                1.34          1.80
+ * bunny 70k                                                 .87           1.13
+ * spheres 80k                                                      .95           .97
+ * dragons 202k, 871k                                  .81                                .87  1.07   1.03
+ * On a surface neighbours hide the same; loose triangles leave a packet's rays to go on one by one. */
+#define COHERENT       7
+#define COHERENT_LOOSE 3
 #define NORMAL_999 3.2905267314919255 /* two-sided 99.9 % of the normal distribution */
 
 typedef struct state {
     ss_samples *samples;
     ss_samples *few; /* tried first, or NULL: enough where fewer packets than `rough` see a part */
     double rough;
-    double grain;  /* size of the casters' triangles */
+    double widest; /* of packets that are traced as one */
     double spread; /* a packet's share of the light's width */
 } state;
 
@@ -377,11 +379,11 @@ static void face_the_light(eye *e, const ss_point *point) {
     e->open = is_open(e);
 }
 
-/* How wide a packet is where it meets the casters, about their middle, counted in triangles. */
+/* By how wide a packet is where it meets the casters, about their middle. */
 static bool is_coherent(const eye *e) {
     const double away = ss_max(ss_length(e->contact.p), 0.5) / ss_length(e->view.centre);
     const double width = 2 * ss_max(ss_length(e->view.a), ss_length(e->view.b)) * e->state->spread;
-    return width * ss_min(away, e->view.t_end) < COHERENT * e->state->grain;
+    return width * ss_min(away, e->view.t_end) < e->state->widest;
 }
 
 static bool has_normal(const ss_point *point) {
@@ -491,6 +493,11 @@ static double grain_of(const ss_world *world) {
     return count ? sum / (double)count : 0;
 }
 
+/* Do most triangles share no corner with others? */
+static bool is_loose(const ss_world *world) {
+    return world->vertex_count > world->triangle_count + world->triangle_count / 2;
+}
+
 softshadow_status ss_raytrace_prepare(const ss_stage *stage, uint32_t samples,
                                       ss_sequence sequence, void **made) {
     *made = NULL;
@@ -503,7 +510,8 @@ softshadow_status ss_raytrace_prepare(const ss_stage *stage, uint32_t samples,
         ss_free(self);
         return status;
     }
-    self->grain = grain_of(stage->world), self->spread = sqrt(fmin(1, (double)PACKET / samples));
+    self->widest = grain_of(stage->world) * (is_loose(stage->world) ? COHERENT_LOOSE : COHERENT);
+    self->spread = sqrt(fmin(1, (double)PACKET / samples));
     *made = self;
     return SOFTSHADOW_OK;
 }
