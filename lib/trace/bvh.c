@@ -106,34 +106,87 @@ static void keep(uint32_t *heap, size_t room, size_t *stored, uint32_t triangle)
     heap[at] = triangle;
 }
 
-size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
-                   size_t room) {
-    uint32_t stack[SS_BVH_STACK];
-    size_t depth = 0, found = 0, stored = 0;
+/* A ball about a point, and its box: a float outwards, so that no rounding there drops what
+ * triangle_near() would keep. */
+typedef struct ball {
+    const double *p;
+    double radius;
     float below[3], above[3];
-    for (int k = 0; k < 3; k++) {
-        /* A float outwards, so that no rounding here drops what triangle_near() would keep. */
-        below[k] = nextafterf((float)(p[k] - radius), -INFINITY);
-        above[k] = nextafterf((float)(p[k] + radius), INFINITY);
+} ball;
+
+/* The inner children of a node that come near, that with the lowest triangle last. */
+static size_t push_by_least(const ss_bvh *bvh, const ss_bvh_node *node, uint32_t near,
+                            uint32_t *stack) {
+    size_t count = 0;
+    for (uint32_t m = near; m; m &= m - 1) {
+        const uint32_t child = node->child[__builtin_ctz(m)];
+        if (child & SS_BVH_LEAF) continue;
+        const uint32_t least = bvh->nodes[child].least;
+        size_t at = count++;
+        for (; at > 0 && bvh->nodes[stack[at - 1]].least < least; at--) stack[at] = stack[at - 1];
+        stack[at] = child;
     }
+    return count;
+}
+
+/* The `room` lowest of more than that, without looking at each: of a million faces in one place. */
+static size_t lowest_near(const ss_bvh *bvh, const ball *b, uint32_t *triangles, size_t room) {
+    uint32_t stack[SS_BVH_STACK];
+    size_t depth = 0, stored = 0;
+    stack[depth++] = 0;
+    while (depth && room) {
+        const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
+        if (stored == room && node->least > triangles[0]) continue;
+        const uint32_t near = children_near(node, b->below, b->above);
+        depth += push_by_least(bvh, node, near, stack + depth);
+        for (uint32_t m = near; m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (!(child & SS_BVH_LEAF)) continue;
+            const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
+            for (uint32_t t = slots_near(leaf, b->below, b->above); t; t &= t - 1) {
+                const uint32_t s = (uint32_t)__builtin_ctz(t);
+                if (!triangle_near(leaf, s, b->p, b->p, b->radius)) continue;
+                keep(triangles, room, &stored, leaf->triangle[s]);
+            }
+        }
+    }
+    return stored;
+}
+
+/* Stops at more than room. */
+static size_t walk_near(const ss_bvh *bvh, const ball *b, uint32_t *triangles, size_t room) {
+    uint32_t stack[SS_BVH_STACK];
+    size_t depth = 0, found = 0;
     stack[depth++] = 0;
     while (depth) {
         const ss_bvh_node *node = &bvh->nodes[stack[--depth]];
-        for (uint32_t m = children_near(node, below, above); m; m &= m - 1) {
+        for (uint32_t m = children_near(node, b->below, b->above); m; m &= m - 1) {
             const uint32_t child = node->child[__builtin_ctz(m)];
             if (!(child & SS_BVH_LEAF)) {
                 stack[depth++] = child;
                 continue;
             }
             const ss_bvh_leaf *leaf = &bvh->leaves[child & ~SS_BVH_LEAF];
-            for (uint32_t t = slots_near(leaf, below, above); t; t &= t - 1) {
+            for (uint32_t t = slots_near(leaf, b->below, b->above); t; t &= t - 1) {
                 const uint32_t s = (uint32_t)__builtin_ctz(t);
-                if (!triangle_near(leaf, s, p, p, radius)) continue;
-                found++;
-                keep(triangles, room, &stored, leaf->triangle[s]);
+                if (!triangle_near(leaf, s, b->p, b->p, b->radius)) continue;
+                if (found == room) return room + 1;
+                triangles[found++] = leaf->triangle[s];
             }
         }
     }
+    return found;
+}
+
+size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
+                   size_t room) {
+    ball b = {.p = p, .radius = radius};
+    for (int k = 0; k < 3; k++) {
+        b.below[k] = nextafterf((float)(p[k] - radius), -INFINITY);
+        b.above[k] = nextafterf((float)(p[k] + radius), INFINITY);
+    }
+    const size_t found = walk_near(bvh, &b, triangles, room);
+    const size_t stored = found > room ? lowest_near(bvh, &b, triangles, room) : found;
     if (stored > 1) qsort(triangles, stored, sizeof *triangles, ascending);
     return found;
 }

@@ -16,7 +16,7 @@ void ss_bvh_destroy(ss_bvh *bvh);
 size_t ss_bvh_bytes(const ss_bvh *bvh);
 
 /* World triangles whose (float) bounding box comes within radius of p along every axis, in ascending
- * order. Returns how many there are; stores the first `room` of them. */
+ * order. Returns how many there are, or room + 1 if there are more; stores the first `room` of them. */
 size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
                    size_t room);
 

@@ -313,6 +313,21 @@ static softshadow_status fill_leaves(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
+/* Children come after their parents. */
+static void find_least(ss_bvh *bvh) {
+    for (uint32_t n = bvh->node_count; n-- > 0;) {
+        ss_bvh_node *node = &bvh->nodes[n];
+        node->least = UINT32_MAX;
+        for (uint32_t i = 0; i < node->count; i++) {
+            const bool leaf = node->child[i] & SS_BVH_LEAF;
+            uint32_t least = leaf ? UINT32_MAX : bvh->nodes[node->child[i]].least;
+            for (uint32_t j = node->first[i]; leaf && j < node->last[i]; j++)
+                least = bvh->order[j] < least ? bvh->order[j] : least;
+            node->least = least < node->least ? least : node->least;
+        }
+    }
+}
+
 static bool allocate(builder *b) {
     const size_t n = b->world->triangle_count;
     /* Ranges at one depth are disjoint, so a depth of the top has at most n / SUBTREE inner nodes. */
@@ -341,7 +356,9 @@ static softshadow_status run(builder *b, ss_pool *pool, ss_progress *progress) {
     if (!collapse(b)) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %u BVH nodes", n);
     b->bvh->leaves = ss_alloc(b->bvh->leaf_count, sizeof *b->bvh->leaves);
     if (!b->bvh->leaves) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for BVH leaves");
-    return ss_parallel_for(pool, b->bvh->node_count, 64, fill_leaves, b);
+    status = ss_parallel_for(pool, b->bvh->node_count, 64, fill_leaves, b);
+    if (status == SOFTSHADOW_OK) find_least(b->bvh);
+    return status;
 }
 
 softshadow_status ss_bvh_build(ss_bvh **out, const ss_world *world, ss_pool *pool,

@@ -14,7 +14,7 @@ typedef struct ss_bvh_node {
     float low[3][SS_BVH_WIDTH], high[3][SS_BVH_WIDTH]; /* [axis][child]; beyond count: inf .. -inf */
     uint32_t child[SS_BVH_WIDTH];
     uint32_t first[SS_BVH_WIDTH], last[SS_BVH_WIDTH]; /* its triangles: order[first .. last-1] */
-    uint32_t count, unused[15];
+    uint32_t count, least, unused[14]; /* least: of the world triangles below it */
 } ss_bvh_node;
 
 typedef struct ss_bvh_leaf {
