@@ -292,6 +292,8 @@ static void complete_scenes(request *r, int files) {
     else if (r->sweep_count) take_scenes(r, "bunny", &none);
     else if (r->options.quick && is_matrix(r)) take_scenes(r, "triangle,leaves-2k,bunny", &none);
     else if (r->options.quick) take_scenes(r, "triangle,leaves-2k,bunny,dragon-202k", &none);
+    else if (is_matrix(r)) /* the others' sizes lie between, and minutes each show no more */
+        take_scenes(r, "triangle,leaves-2k,leaves-20k,bunny,dragon-48k,dragon-871k,spheres-1m", &none);
     for (size_t i = 0; !r->scene_count && i < bench_scene_count(); i++) r->scenes[i] = i;
     if (!r->scene_count) r->scene_count = bench_scene_count();
 }
@@ -348,7 +350,7 @@ int cli_bench(int argc, char **argv) {
          .choices = backends,
          .help = "all: the GPU, too; egl: only what runs there, and the CPU (cpu)"},
         {.name = "scenes", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_scenes,
-         .help = "some of its own scenes (all)"},
+         .help = "some of its own scenes (those of all sizes)"},
         {.name = "light", .letter = 'l', .kind = CLI_TAKE, .argument = "L", .into = &r, .take = take_light,
          .help = "this light instead of the scene's own"},
         {.name = "lights", .kind = CLI_TAKE, .argument = "LIST", .into = &r, .take = take_lights,

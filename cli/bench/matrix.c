@@ -17,6 +17,11 @@ enum { MOST_HANDLES = 64 };
  * ten times that is asked for no larger setting. */
 #define PATIENCE 0.15
 
+/* Seconds: what one way's timings need not last longer than together; where its place among others
+ * matters and where not. */
+#define ENOUGH 2.0
+#define ENOUGH_APART (PATIENCE / 2)
+
 /* Nobody builds for one batch: what is made once for the meshes is made, and told apart. */
 #define POINTS_AHEAD ((uint64_t)1 << 24)
 
@@ -53,18 +58,20 @@ typedef struct matrix {
 typedef struct settings {
     const char *unit;
     uint32_t values[9]; /* ends with 0 */
-    uint32_t usual, quick_most;
+    uint32_t usual, most, quick_most;
 } settings;
 
-static const settings texels = {"texels", {256, 512, 1024, 2048, 4096}, 1024, 1024};
-static const settings of_exact = {"samples", {256, 512, 1024, 2048, 4096}, 512, 4096};
-static const settings of_rays = {"rays", {16, 64, 256, 1024, 4096}, 256, 1024};
-static const settings of_peer = {"rays", {16, 32, 64, 128, 256, 512, 1024, 4096}, 256, 1024};
+/* What maps of 4096 texels gain, the sweep over resolutions shows: they take as long as all others. */
+static const settings texels = {"texels", {256, 512, 1024, 2048, 4096}, 1024, 2048, 1024};
+static const settings of_exact = {"samples", {256, 512, 1024, 2048, 4096}, 512, 4096, 4096};
+static const settings of_rays = {"rays", {16, 64, 256, 1024, 4096}, 256, 4096, 1024};
+static const settings of_peer = {"rays", {16, 32, 64, 128, 256, 512, 1024, 4096}, 256, 4096, 1024};
 
 static bool is_asked(const matrix *m, const settings *s, uint32_t i) {
     const uint32_t usual = s == &texels && m->wanted->texels ? m->wanted->texels : s->usual;
     if (m->wanted->one_setting) return s->values[i] == usual;
-    return !m->options->quick || (i % 2 == 0 && s->values[i] <= s->quick_most);
+    if (m->options->quick) return i % 2 == 0 && s->values[i] <= s->quick_most;
+    return s->values[i] <= s->most;
 }
 
 bool matrix_choose(matrix_request *wanted, const char *name, size_t length, cli_error *error) {
@@ -136,6 +143,14 @@ static bool ask_warm(matrix *m, const matrix_way *w, const float (*at)[3], size_
            ask(m, w, at, count, answer, seconds);
 }
 
+/* Whether it was timed for long enough, each time at so many points. */
+static bool is_enough(const matrix *m, const matrix_way *w, const job *j) {
+    const double at = (double)(j->whole ? m->stretches.count : m->stretches.taken);
+    double sum = 0;
+    for (uint32_t i = 0; i < j->timed; i++) sum += j->times[i] * at;
+    return sum >= (matters(w) ? ENOUGH : ENOUGH_APART);
+}
+
 /* All points, or as many stretches as patience lasts for, as the errors' points took so long. */
 static bool time_ours(matrix *m, matrix_way *w) {
     job *j = job_of(m, w);
@@ -147,15 +162,17 @@ static bool time_ours(matrix *m, matrix_way *w) {
     return ask_warm(m, w, (const float(*)[3])s->some, s->taken, s->visibility, seconds);
 }
 
-/* Errors at the truth's points; the time that they take is a first guess. */
+/* Errors at the truth's points; the time that they take is a first guess, and a first timing where
+ * all points were asked. */
 static bool judge_ours(matrix *m, matrix_way *w) {
-    const job *j = job_of(m, w);
+    job *j = job_of(m, w);
     softshadow_stats stats = SOFTSHADOW_STATS_INIT;
     if (j->whole) {
         const size_t all = m->stretches.count;
         if (!ask(m, w, (const float(*)[3])m->cell->points.at, all, m->stretches.visibility,
                  &w->way.seconds))
             return false;
+        j->times[j->timed++] = w->way.seconds;
         for (size_t i = 0; i < m->truth.count; i++)
             m->of_truth[i] = m->stretches.visibility[m->truth.index[i]];
     } else if (!ask_warm(m, w, (const float(*)[3])m->truth.at, m->truth.count, m->of_truth,
@@ -188,7 +205,7 @@ static bool one_setting(matrix *m, matrix_way *w, double *prepare, bool *go_on) 
     *go_on = j->whole || w->way.seconds * (double)m->truth.count < 10 * PATIENCE;
     const bool once = matters(w) || (m->options->quick && !m->wanted->wall);
     const uint32_t at_once = once ? 1 : m->options->repeat;
-    while (j->timed < at_once)
+    while (j->timed < at_once && !is_enough(m, w, j))
         if (!time_ours(m, w)) return false;
     return true;
 }
@@ -291,7 +308,7 @@ static bool all_ours(matrix *m) {
 
 static bool time_peer(matrix *m, const matrix_way *w) {
     job *j = job_of(m, w);
-    return bench_peer_time(m->peer, &m->cell->light, &j->style, 2 * j->style.samples, &m->stretches,
+    return bench_peer_time(m->peer, &m->cell->light, &j->style, 4 * j->style.samples, &m->stretches,
                            &j->times[j->timed++]) ||
            no_memory(m);
 }
@@ -333,6 +350,7 @@ static bool further_turns(matrix *m) {
             const job *j = &m->jobs[i];
             double seconds;
             if (j->timed > turn || !matters(w)) continue;
+            if (j->whole && is_enough(m, w, j)) continue;
             if (!w->ours) {
                 if (!time_peer(m, w)) return false;
                 continue;
