@@ -7,7 +7,7 @@
 #include "light.h"
 #include "options.h"
 
-enum { CLI_BUILD_TABLE = 18, CLI_RUN_TABLE = 8 };
+enum { CLI_BUILD_TABLE = 19, CLI_RUN_TABLE = 8 };
 
 typedef struct cli_build_options {
     softshadow_build build;

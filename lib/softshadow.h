@@ -213,6 +213,10 @@ typedef struct softshadow_build {
     uint64_t points_ahead; /* about how many points you will ask in all while the meshes stay as they
                               are; 0: who knows. "auto" makes coarser levels of dense meshes, which
                               takes seconds a million triangles, when this, or one batch, repays it */
+    uint32_t sub_lights; /* "penumbra-volume", "penumbra-mask": the light is divided in so many, 8 at
+                            most, along each of two sides, each with maps of its own, whose mean
+                            counts; 0, 1: not at all. A rect into rects; round ones into as many
+                            round ones of the same area in all, which is nearly the same light */
 } softshadow_build;
 
 /* A batch of points. Two input arrays may be the same memory; outputs must not overlap inputs. */

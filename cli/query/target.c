@@ -73,7 +73,7 @@ static bool identify(const query_target *target, const query_request *request,
         build.seed,           build.backend,        build.tolerance,     build.depth_bias,
         build.smoothie_width, common->bounds_given, target->format,      columns,
         (double)range->first, (double)range->last,  request->no_normals, request->bounds,
-        request->input_format, build.propagate};
+        request->input_format, build.propagate, build.sub_lights};
     hash = query_hash(hash, numbers, sizeof numbers);
     hash = query_hash(hash, common->bounds, sizeof common->bounds);
     hash = query_hash_text(hash, request->channels);

@@ -44,7 +44,8 @@ static softshadow_status check_request(const softshadow_build *request) {
                  {"falloff", request->falloff, SOFTSHADOW_FALLOFF_PROFILE},
                  {"weighting", request->weighting, SOFTSHADOW_IRRADIANCE},
                  {"mask_taps", request->mask_taps, MOST_TAPS},
-                 {"blur", request->blur, SS_MOST_BLUR}};
+                 {"blur", request->blur, SS_MOST_BLUR},
+                 {"sub_lights", request->sub_lights, SS_MOST_SUB_LIGHTS}};
     for (size_t i = 0; i < sizeof whole / sizeof *whole; i++) {
         const softshadow_status status =
             check_range(whole[i].field, whole[i].value, whole[i].most);
@@ -177,6 +178,7 @@ static void fill_params(ss_params *params, const softshadow_build *request) {
         .depth_bias = request->depth_bias,
         .smoothie_width = request->smoothie_width,
         .points_ahead = request->points_ahead,
+        .sub_lights = or_default(request->sub_lights, 1),
         .bounded = request->bounds != NULL,
     };
     if (request->bounds) memcpy(params->bounds, request->bounds, sizeof params->bounds);

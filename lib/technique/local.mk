@@ -12,6 +12,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/map_techniques.h \
   %D%/outer.c %D%/outer.h \
   %D%/rim.c %D%/rim.h \
+  %D%/parts.c %D%/parts.h \
   %D%/pcf.c \
   %D%/pcss.c \
   %D%/penumbra_limit.c \

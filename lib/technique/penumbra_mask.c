@@ -21,10 +21,12 @@
 
 #include "base/memory.h"
 #include "base/status.h"
+#include "scene/light_parts.h"
 #include "technique/blur.h"
 #include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/parts.h"
 #include "technique/rim.h"
 #include "trace/samples.h"
 
@@ -259,7 +261,7 @@ static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
     return status;
 }
 
-static softshadow_status build(const ss_stage *stage, void **state) {
+static softshadow_status build_part(const ss_stage *stage, void **state) {
     const ss_params *params = stage->params;
     const ss_light_maps_wish wish = {.state_size = sizeof(mask_state),
                                      .slope_texels = 1.5,
@@ -356,16 +358,6 @@ static float tap(const asked *a, double s, double t, double away) {
     return (1 - v) * below + v * above;
 }
 
-/* The square to the disk, areas kept: squares around the centre become circles [SC97]. */
-static void to_disk(double *s, double *t) {
-    const double a = *s, b = *t;
-    if (a == 0 && b == 0) return;
-    const bool wide = fabs(a) > fabs(b);
-    const double radius = wide ? a : b;
-    const double angle = wide ? M_PI / 4 * (b / a) : M_PI / 2 - M_PI / 4 * (a / b);
-    *s = radius * cos(angle), *t = radius * sin(angle);
-}
-
 static uint64_t hash_of(const asked *a) {
     const uint64_t x = (uint64_t)(int64_t)(a->x * 256), y = (uint64_t)(int64_t)(a->y * 256);
     return ss_hash(ss_hash(x << 32 ^ y) + a->mask->seed);
@@ -380,9 +372,10 @@ static float filter(const asked *a) {
     double sum = 0, all = 0;
     for (uint32_t k = 0; k < n * n; k++) {
         const uint64_t jitter = ss_hash(hash + k);
-        double s = 2 * (k % n + (double)(uint32_t)jitter * 0x1p-32) / n - 1;
-        double t = 2 * (k / n + (double)(jitter >> 32) * 0x1p-32) / n - 1;
-        if (disk) to_disk(&s, &t);
+        double st[2] = {2 * (k % n + (double)(uint32_t)jitter * 0x1p-32) / n - 1,
+                        2 * (k / n + (double)(jitter >> 32) * 0x1p-32) / n - 1};
+        if (disk) ss_square_to_disk(st);
+        const double s = st[0], t = st[1];
         const double away = disk ? sqrt(s * s + t * t) : fmax(fabs(s), fabs(t));
         const double weight = light->profile_count ? ss_light_profile(light, away) : 1;
         sum += weight * tap(a, s, t, away), all += weight;
@@ -600,23 +593,10 @@ static void horizon(const ss_stage *stage, const void *state, const ss_point *po
     }
 }
 
-const ss_technique ss_penumbra_mask = {
-    .name = "penumbra-mask",
-    .title = "penumbra volumes as a mask for percentage-closer filtering",
-    .cite = "Cou05",
-    .notes =
-        "Noisy: mask_taps x mask_taps jittered taps a point, only inside the mask. blur: over so many "
-        "pixels where the points are rows of an image, 1 for 12, never across ids. One depth of edges "
-        "for all that blocks, and only what the light's centre sees. falloff: only paper makes a "
-        "difference, the taps have the light's shape.",
-    .needs = SS_NEEDS_SILHOUETTES,
-    .bound_kind = SOFTSHADOW_BOUND_NONE,
-    .lights_native = SS_LIGHTS_ALL,
-    .weightings = 1u << SOFTSHADOW_UNIFORM,
-    .build = build,
+static const ss_technique part = {
+    .build = build_part,
     .query = query,
     .finish = finish,
-    .query_glsl = glsl,
     .tables = tables,
     .look = ss_light_maps_look,
     .horizon = horizon,
@@ -626,4 +606,27 @@ const ss_technique ss_penumbra_mask = {
     .get_map = ss_light_maps_get,
     .silhouette_edges = ss_light_maps_silhouettes,
     .casters_culled = ss_light_maps_culled,
+};
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    return ss_parts_build(stage, &part, state);
+}
+
+const ss_technique ss_penumbra_mask = {
+    .name = "penumbra-mask",
+    .title = "penumbra volumes as a mask for percentage-closer filtering",
+    .cite = "Cou05",
+    .notes =
+        "Noisy: mask_taps x mask_taps jittered taps a point, only inside the mask. blur: over so many "
+        "pixels where the points are rows of an image, 1 for 12, never across ids. One depth of edges "
+        "for all that blocks, and only what the light's centre, or that of a part of it, sees. falloff: only paper makes a "
+        "difference, the taps have the light's shape.",
+    .needs = SS_NEEDS_SILHOUETTES,
+    .bound_kind = SOFTSHADOW_BOUND_NONE,
+    .lights_native = SS_LIGHTS_ALL,
+    .weightings = 1u << SOFTSHADOW_UNIFORM,
+    .build = build,
+    .finish = ss_parts_finish,
+    .query_glsl = glsl,
+    SS_PARTS_ROWS,
 };

@@ -2,8 +2,8 @@
  *
  * based on: [Cou05] chapter 4: inner and outer volumes (4.1.2), the depth map of the volumes and the
  * two maps of end points, drawn in one pass (4.1.3), the light cut by the plane through point and edge
- * (4.2, listing 4.2). Not here: its remedy for the single-silhouette artefact (4.3), sub-lights; a host
- * can add them as lights of its own and take the mean. Differs, and why:
+ * (4.2, listing 4.2), the light divided in sub-lights against the single-silhouette artefact (4.3, in
+ * parts.c). Differs, and why:
  * - The thesis cuts a disk that stands perpendicular to the cutting plane and adds 3 k^2 - 2 k^3; its
  *   equation 4.1 as printed is that of the hidden part. Here the light's own shape is cut: a disk along
  *   the line in which the plane meets it, a sphere's disk as the point sees it. falloff=paper does as
@@ -27,6 +27,7 @@
 #include "base/vec.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/parts.h"
 #include "technique/rim.h"
 
 /* A texel: the depth at which its volume begins (SS_MAP_FAR: none); the depth at which it ends, where
@@ -366,7 +367,7 @@ static void paper_falloff(ss_falloff *falloff) {
     }
 }
 
-static softshadow_status build(const ss_stage *stage, void **state) {
+static softshadow_status build_part(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {
         .state_size = sizeof(volume_state), .slope_texels = SLOPE, .paper = SS_FALLOFF_TABLE};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
@@ -516,6 +517,18 @@ static softshadow_status tables(void *state, ss_raster_question *question) {
     return ss_light_maps_ask(maps, glsl, question);
 }
 
+static const ss_technique part = {
+    .build = build_part,
+    .tables = tables,
+    .destroy = ss_light_maps_destroy,
+    .bytes = ss_light_maps_bytes,
+    SS_LIGHT_MAPS_ROWS,
+};
+
+static softshadow_status build(const ss_stage *stage, void **state) {
+    return ss_parts_build(stage, &part, state);
+}
+
 const ss_technique ss_penumbra_volume = {
     .name = "penumbra-volume",
     .title = "penumbra volumes: the light cut by the silhouette edge that shades the point",
@@ -531,9 +544,7 @@ const ss_technique ss_penumbra_volume = {
     .lights_approximated = SS_LIGHTS_RECT,
     .weightings = 1u << SOFTSHADOW_UNIFORM,
     .build = build,
+    .query_places = ss_parts_query_places,
     .query_glsl = glsl,
-    .tables = tables,
-    .destroy = ss_light_maps_destroy,
-    .bytes = ss_light_maps_bytes,
-    SS_LIGHT_MAPS_ROWS,
+    SS_PARTS_ROWS,
 };

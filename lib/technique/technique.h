@@ -27,6 +27,7 @@ enum {
 
 #define SS_LIGHTS_ALL 15u /* a bit per light type */
 #define SS_MOST_LAYERS 64 /* that a build may ask for */
+#define SS_MOST_SUB_LIGHTS 8 /* likewise, along a side */
 #define SS_MOST_SAMPLES (1u << 24) /* likewise, and a measurement */
 
 /* The build as asked, every default filled in, lengths in the host's unit. */
@@ -34,6 +35,7 @@ typedef struct ss_params {
     uint32_t samples;      /* 0: what the tolerance needs */
     uint32_t few;          /* samples to try first, where they may do; 0: none */
     uint32_t resolution, layers, max_samples, falloff, weighting, mask_taps, blur, seed, propagate;
+    uint32_t sub_lights;   /* into how many, along a side, a light is divided */
     uint32_t bounded;      /* are bounds given? */
     double tolerance, depth_bias, smoothie_width;
     uint64_t points_ahead; /* that the host told of */

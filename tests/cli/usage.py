@@ -9,7 +9,7 @@ from command import LIGHT, SOFTSHADOW, SOURCE, Case, main
 NUMBERS = {"--tolerance": "0.01", "--samples": "16", "--resolution": "64", "--layers": "2",
            "--depth-bias": "0.1", "--smoothie-width": "0.1", "--mask-taps": "4",
            "--max-samples": "8", "--seed": "1", "--threads": "1", "--verify=": "10", "--blur=": "4",
-           "--points-ahead": "100"}
+           "--points-ahead": "100", "--sub-lights": "2"}
 NO_NUMBERS = ["", "1,5", "nan", "inf", "1e400", "3x", "0x10", "-1", "--help"]
 
 

@@ -251,6 +251,9 @@ static void test_variants(void **state) {
     one_variant("penumbra-mask", "paper, a seed", b, turned);
     one_variant("penumbra-mask", "profile", plain, dark);
     one_variant("penumbra-mask", "turned rect", plain, turned);
+    b = plain, b.sub_lights = 2;
+    one_variant("penumbra-volume", "sub-lights", b, sphere);
+    one_variant("penumbra-mask", "sub-lights", b, turned);
     b = plain, b.propagate = 1;
     one_variant("penumbra-limit", "propagated", b, sphere);
     b = plain, b.depth_bias = .01;

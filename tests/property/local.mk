@@ -39,7 +39,8 @@ endif
 
 # Techniques that work from maps.
 if HAVE_CMOCKA
-map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit %D%/maps_skip
+map_proofs = %D%/maps %D%/maps_area %D%/maps_figure10 %D%/maps_cournia %D%/maps_limit %D%/maps_parts \
+  %D%/maps_skip
 check_PROGRAMS += $(map_proofs)
 TESTS += $(map_proofs)
 %C%_maps_SOURCES = %D%/maps.c %D%/maps.h
@@ -56,6 +57,9 @@ TESTS += $(map_proofs)
 %C%_maps_limit_SOURCES = %D%/maps_limit.c %D%/maps.h
 %C%_maps_limit_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_limit_LDADD = $(PROOF_LIBS)
+%C%_maps_parts_SOURCES = %D%/maps_parts.c %D%/maps.h
+%C%_maps_parts_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_maps_parts_LDADD = $(PROOF_LIBS)
 %C%_maps_skip_SOURCES = %D%/maps_skip.c %D%/maps.h
 %C%_maps_skip_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_maps_skip_LDADD = $(PROOF_LIBS)

@@ -65,7 +65,7 @@ class softshadow_build(Structure):
                 ("mask_taps", c_uint32), ("blur", c_uint32), ("seed", c_uint32),
                 ("tolerance", c_double), ("depth_bias", c_double), ("smoothie_width", c_double),
                 ("bounds", POINTER(c_double)), ("propagate", c_uint32),
-                ("points_ahead", c_uint64)]
+                ("points_ahead", c_uint64), ("sub_lights", c_uint32)]
 
 
 class softshadow_points(Structure):

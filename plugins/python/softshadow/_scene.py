@@ -294,7 +294,8 @@ class Scene:
               resolution: int = 0, layers: int = 0, max_samples: int = 0, falloff: str = "disk",
               weighting: str = "uniform", mask_taps: int = 0, blur: int = 0, seed: int = 0,
               tolerance: float = 0, depth_bias: float = 0, smoothie_width: float = 0,
-              bounds: Any = None, propagate: bool = False, points_ahead: int = 0) -> None:
+              bounds: Any = None, propagate: bool = False, points_ahead: int = 0,
+              sub_lights: int = 0) -> None:
         """Prepares a method for the scene and its lights; builds again only what has become stale.
 
         Every default is the library's.
@@ -317,6 +318,8 @@ class Scene:
         propagate       of "penumbra-limit": from the depth image instead of from silhouettes
         points_ahead    about how many points will be asked in all while the meshes stay; 0: unknown.
                         Many make "auto" spend time on coarser levels of dense meshes
+        sub_lights      of "penumbra-volume" and "penumbra-mask": the light is divided in so many along
+                        each of two sides; 0: 1
 
         Errors: ArgumentError, UnsupportedError, StateError without a light, CancelledError,
         BackendError when Embree or a driver is missing, OutOfMemoryError. After an error nothing is
@@ -329,7 +332,8 @@ class Scene:
         struct.weighting = _buffers.choice(weighting, "weighting", _abi.WEIGHTINGS)
         numbers = dict(samples=samples, resolution=resolution, layers=layers,
                        max_samples=max_samples, mask_taps=mask_taps, blur=blur, seed=seed,
-                       propagate=propagate, points_ahead=points_ahead)
+                       propagate=propagate, points_ahead=points_ahead,
+                       sub_lights=sub_lights)
         for name, number in numbers.items():
             setattr(struct, name, _buffers.whole(number, name))
         struct.tolerance = _buffers.real(tolerance, "tolerance")
