@@ -151,6 +151,23 @@ static inline void draw_block(const walk *w, const polygon *p, uint32_t block, u
     }
 }
 
+static inline void draw_pair(const walk *w, const polygon *p, uint32_t block, uint32_t lanes) {
+    const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
+    const uint32_t word = block % w->words;
+    for (; lanes; lanes &= lanes - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(lanes);
+        uint32_t *mask = ss_group_mask(w->g, lane) + SS_BLOCK * block;
+        pair cover = edge_pair(&p->edges[0], lane, y, word);
+        for (int i = 1; i + 1 < p->count; i += 2) {
+            const pair a = edge_pair(&p->edges[i], lane, y, word),
+                       b = edge_pair(&p->edges[i + 1], lane, y, word);
+            for (int k = 0; k < 2; k++) cover.of[k] = i_xor3(cover.of[k], a.of[k], b.of[k]);
+        }
+        i_store(mask, i_or(i_load(mask), cover.of[0]));
+        i_store(mask + SS_BLOCK, i_or(i_load(mask + SS_BLOCK), cover.of[1]));
+    }
+}
+
 /* One triangle in these lanes. */
 static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int clipped) {
     polygon p; /* 1,600 bytes that need no clearing */
@@ -166,9 +183,9 @@ static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int 
     lanes &= m_bits(touched(w, &p.box, 0));
     for (uint32_t r = 0; r < w->row_blocks && lanes; r++) {
         const uint32_t here = lanes & in_row_block(&p.box, r);
-        for (uint32_t word = 0; word < w->words && here; word++) {
-            draw_block(w, &p, r * w->words + word, here);
-        }
+        uint32_t word = 0;
+        for (; word + 1 < w->words && here; word += 2) draw_pair(w, &p, r * w->words + word, here);
+        if (word < w->words && here) draw_block(w, &p, r * w->words + word, here);
     }
     w->work += 3;
 }
@@ -197,11 +214,38 @@ static inline void carry_up(walk *w, unsigned lane, uint32_t block, int down, vi
     }
 }
 
-static inline void count_edges(walk *w, unsigned lane, uint32_t block, int down, uint64_t list) {
+/* The lowest three planes of a block, while edges are added to them. */
+typedef struct counter {
+    vi ones, twos, fours;
+    uint32_t *at;
+} counter;
+
+static inline counter open_counter(const walk *w, unsigned lane, uint32_t block, int down) {
     uint32_t *at = plane_at(w, lane, block, down, 0);
+    return (counter){i_load(at), i_load(at + SS_BLOCK), i_load(at + 2 * SS_BLOCK), at};
+}
+
+static inline void close_counter(const counter *c) {
+    i_store(c->at, c->ones);
+    i_store(c->at + SS_BLOCK, c->twos);
+    i_store(c->at + 2 * SS_BLOCK, c->fours);
+}
+
+/* Two edges; what is carried out of the three planes. */
+static inline vi add_two(counter *c, vi first, vi second) {
+    const vi carry = i_majority(c->ones, first, second);
+    c->ones = i_xor3(c->ones, first, second);
+    const vi more = i_and(c->twos, carry);
+    c->twos = i_xor(c->twos, carry);
+    const vi most = i_and(c->fours, more);
+    c->fours = i_xor(c->fours, more);
+    return most;
+}
+
+static inline void count_edges(walk *w, unsigned lane, uint32_t block, int down, uint64_t list) {
     const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
     const uint32_t word = block % w->words;
-    vi ones = i_load(at), twos = i_load(at + SS_BLOCK), fours = i_load(at + 2 * SS_BLOCK);
+    counter c = open_counter(w, lane, block, down);
     while (list) {
         const vi first = edge_block(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
         vi second = i_zero();
@@ -210,17 +254,43 @@ static inline void count_edges(walk *w, unsigned lane, uint32_t block, int down,
             second = edge_block(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
             list &= list - 1;
         }
-        const vi carry = i_majority(ones, first, second);
-        ones = i_xor3(ones, first, second);
-        const vi more = i_and(twos, carry);
-        twos = i_xor(twos, carry);
-        const vi most = i_and(fours, more);
-        fours = i_xor(fours, more);
+        const vi most = add_two(&c, first, second);
         if (i_any(most)) carry_up(w, lane, block, down, most);
     }
-    i_store(at, ones);
-    i_store(at + SS_BLOCK, twos);
-    i_store(at + 2 * SS_BLOCK, fours);
+    close_counter(&c);
+}
+
+/* In this block and the next, which is to its right. */
+static inline void count_pairs(walk *w, unsigned lane, uint32_t block, int down, uint64_t list) {
+    const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
+    const uint32_t word = block % w->words;
+    counter left = open_counter(w, lane, block, down),
+            right = open_counter(w, lane, block + 1, down);
+    while (list) {
+        const pair first = edge_pair(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
+        pair second = {{i_zero(), i_zero()}};
+        list &= list - 1;
+        if (list) {
+            second = edge_pair(&w->batch.edges[__builtin_ctzll(list)], lane, y, word);
+            list &= list - 1;
+        }
+        const vi a = add_two(&left, first.of[0], second.of[0]),
+                 b = add_two(&right, first.of[1], second.of[1]);
+        if (!i_any(i_or(a, b))) continue;
+        carry_up(w, lane, block, down, a);
+        carry_up(w, lane, block + 1, down, b);
+    }
+    close_counter(&left);
+    close_counter(&right);
+}
+
+/* All edges of one direction that cross a row block. */
+static inline void count_row(walk *w, unsigned lane, uint32_t row_block, int down, uint64_t list) {
+    uint32_t word = 0;
+    if (!list) return;
+    for (; word + 1 < w->words; word += 2)
+        count_pairs(w, lane, row_block * w->words + word, down, list);
+    if (word < w->words) count_edges(w, lane, row_block * w->words + word, down, list);
 }
 
 /* Counts the edges of the batch and empties it. */
@@ -233,10 +303,8 @@ static inline void draw_batch(walk *w) {
         const uint64_t up = lane_bits(b->positive, lane) & all;
         for (uint32_t r = 0; r < w->row_blocks; r++) {
             const uint64_t here = lane_bits(b->touched[r], lane) & all;
-            for (uint32_t word = 0; word < w->words && here; word++) {
-                count_edges(w, lane, r * w->words + word, 0, here & up);
-                count_edges(w, lane, r * w->words + word, 1, here & ~up);
-            }
+            count_row(w, lane, r, 0, here & up);
+            count_row(w, lane, r, 1, here & ~up);
         }
     }
     b->count = 0;

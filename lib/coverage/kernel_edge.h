@@ -79,12 +79,31 @@ static inline vm set_edge(edge *e, bounds *box, const place *a, const place *b, 
     return up;
 }
 
+/* Where it crosses sixteen rows `y`, in columns after the word-th 32; *rows: those it crosses. */
+static inline vf edge_columns(const edge *e, unsigned lane, vf y, uint32_t word, vm *rows) {
+    *rows = m_and(f_le(f_set(e->low[lane]), y), f_lt(y, f_set(e->high[lane])));
+    const vf u = f_fma(f_sub(y, f_set(e->pivot[lane])), f_set(e->slope[lane]), f_set(e->x[lane]));
+    return word ? f_sub(u, f_set((float)(32 * word))) : u;
+}
+
 /* The places it covers in a block of one lane's mask: sixteen rows `y`, the word-th 32 columns. */
 static inline vi edge_block(const edge *e, unsigned lane, vf y, uint32_t word) {
-    const vm rows = m_and(f_le(f_set(e->low[lane]), y), f_lt(y, f_set(e->high[lane])));
-    vf u = f_fma(f_sub(y, f_set(e->pivot[lane])), f_set(e->slope[lane]), f_set(e->x[lane]));
-    if (word) u = f_sub(u, f_set((float)(32 * word)));
+    vm rows;
+    const vf u = edge_columns(e, lane, y, word, &rows);
     return i_columns_from(u, rows);
+}
+
+/* Likewise in that block and the one to its right, for little more. */
+typedef struct pair {
+    vi of[2];
+} pair;
+
+static inline pair edge_pair(const edge *e, unsigned lane, vf y, uint32_t word) {
+    pair p;
+    vm rows;
+    const vf u = edge_columns(e, lane, y, word, &rows);
+    i_columns_pair(u, rows, &p.of[0], &p.of[1]);
+    return p;
 }
 
 /* ---- clipping

@@ -156,6 +156,17 @@ static inline vi i_columns_from(vf u, vm rows) {
     return BOTH(vi, columns_from(u.a, rows.a), columns_from(u.b, rows.b));
 }
 
+static inline void columns_pair(__m256 u, __m256 rows, __m256i *low, __m256i *high) {
+    const __m256i count = _mm256_cvttps_epi32(_mm256_max_ps(u, _mm256_setzero_ps()));
+    const __m256i less = _mm256_subs_epu16(count, _mm256_set1_epi32(32));
+    *low = _mm256_sllv_epi32(_mm256_castps_si256(rows), count);
+    *high = _mm256_sllv_epi32(_mm256_castps_si256(rows), less);
+}
+static inline void i_columns_pair(vf u, vm rows, vi *low, vi *high) {
+    columns_pair(u.a, rows.a, &low->a, &high->a);
+    columns_pair(u.b, rows.b, &low->b, &high->b);
+}
+
 static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
     const __m128i shift = _mm_cvtsi32_si128(15 - (int)lane);
     uint64_t bits = 0;

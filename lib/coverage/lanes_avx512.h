@@ -73,6 +73,13 @@ static inline vi i_count(vi sum, vi a, uint32_t shift) {
 }
 static inline uint64_t i_total(vi sum) { return (uint64_t)_mm512_reduce_add_epi64(sum); }
 
+static inline void i_columns_pair(vf u, vm rows, vi *low, vi *high) {
+    const vi count = _mm512_cvttps_epi32(_mm512_max_ps(u, _mm512_setzero_ps()));
+    const vi less = _mm512_subs_epu16(count, _mm512_set1_epi32(32));
+    *low = _mm512_maskz_sllv_epi32(rows, _mm512_set1_epi32(-1), count);
+    *high = _mm512_maskz_sllv_epi32(rows, _mm512_set1_epi32(-1), less);
+}
+
 static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
     const __m512i bit = _mm512_set1_epi16((short)(1 << lane));
     const uint64_t low = _mm512_test_epi16_mask(_mm512_load_si512(lanes), bit);

@@ -3,9 +3,10 @@
  * rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
  * where m is true. f_magic is a first guess of 1 / a, within 13 %. i_columns_from gives the bits
  * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32.
- * lane_bits gives bit `lane` of sixty-four numbers. i_halve shifts each word by one bit, i_next gives
- * each the word after it, the last the first. i_count adds to counters the number of ones << shift, and
- * i_total sums these counters up; how many of them there are differs. */
+ * i_columns_pair gives those of u and of u - 32. lane_bits gives bit `lane` of sixty-four
+ * numbers. i_halve shifts each word by one bit, i_next gives each the word after it, the last the
+ * first. i_count adds to counters the number of ones << shift, and i_total sums these counters up;
+ * how many of them there are differs. */
 #ifndef SS_COVERAGE_LANES_H
 #define SS_COVERAGE_LANES_H
 
@@ -121,6 +122,11 @@ static inline uint64_t i_total(vi sum) {
     return all;
 }
 static inline vi i_columns_from(vf u, vm rows) { EACH(vi, bits_from(u.v[i]) & rows.v[i]); }
+
+static inline void i_columns_pair(vf u, vm rows, vi *low, vi *high) {
+    *low = i_columns_from(u, rows);
+    *high = i_columns_from(f_sub(u, f_set(32)), rows);
+}
 
 static inline uint64_t lane_bits(const uint16_t lanes[64], unsigned lane) {
     uint64_t bits = 0;
