@@ -401,38 +401,48 @@ static void test_bunny(void **state) {
     scene_free(&mesh);
 }
 
-/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the light grows,
- * as the true one does. */
+/* The umbra of a mesh under a growing light, as a technique has it and as it is: points that see less
+ * than 1/64. It shrinks. `most`: how much of the truth's the two may differ by. */
+static void grow(const char *method, const scene_mesh *mesh, uint32_t sub_lights, double most) {
+    size_t before = SIZE_MAX;
+    for (double radius = .1; radius < .65; radius += .25) {
+        const softshadow_light light = scene_sphere_light(1, .6, 4, radius);
+        ask q = over_ground(method, mesh, light, 512), truth;
+        truth = over_ground("exact", mesh, light, 0);
+        truth.build.samples = 512, q.build.sub_lights = sub_lights;
+        ask_do(&q), ask_do(&truth);
+        size_t dark = 0, true_dark = 0;
+        for (size_t i = 0; i < q.count; i++) {
+            dark += q.visibility[i] < 1.0 / 64, true_dark += truth.visibility[i] < 1.0 / 64;
+        }
+        print_message("%s, %u sub-lights a side, radius %.2f: umbra %zu, truth's %zu, RMS %.4f\n",
+                      method, sub_lights, radius, dark, true_dark, maps_rms(&q, &truth));
+        CHECK(dark < before, "%s, radius %g: umbra %zu after %zu", method, radius, dark, before);
+        CHECK(fabs((double)dark - (double)true_dark) <= most * (double)true_dark,
+              "%s, radius %g: umbra %zu, truth's %zu", method, radius, dark, true_dark);
+        before = dark;
+        ask_free(&q), ask_free(&truth);
+    }
+}
+
+/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the true one does.
+ * - Of a flat convex caster every part of the light sees the same silhouette, so nothing but the map is
+ *   between the two: no point of 1,600 differs for penumbra-volume, .7 % for penumbra-mask, whose 64
+ *   jittered taps tell 1/64 by luck.
+ * - Of a lumpy body each part sees another. One silhouette for all of a light as large as the body is
+ *   wrong by a third of the umbra, which is too large for penumbra-volume and too small for
+ *   penumbra-mask; one for each of 4 x 4 parts by 4 % at most. */
 static void test_growing_light(void **state) {
     (void)state;
-    scene_mesh mesh = maps_body();
-    const char *const names[] = {"penumbra-volume", "penumbra-mask"};
-    for (size_t m = 0; m < COUNT(names); m++) {
-        size_t before = SIZE_MAX, first = 0, true_first = 0;
-        for (double radius = .1; radius < .65; radius += .25) {
-            const softshadow_light light = scene_sphere_light(1, .6, 4, radius);
-            ask q = over_ground(names[m], &mesh, light, 512), truth;
-            truth = over_ground("exact", &mesh, light, 0);
-            truth.build.samples = 512;
-            ask_do(&q), ask_do(&truth);
-            size_t dark = 0, true_dark = 0;
-            for (size_t i = 0; i < q.count; i++) {
-                dark += q.visibility[i] < 1.0 / 64, true_dark += truth.visibility[i] < 1.0 / 64;
-            }
-            print_message("%s, radius %.2f: umbra %zu, truth's %zu, RMS %.4f\n", names[m], radius,
-                          dark, true_dark, maps_rms(&q, &truth));
-            CHECK(dark < before, "%s, radius %g: umbra %zu after %zu", names[m], radius, dark,
-                  before);
-            /* silhouettes are those seen from the centre: other parts of a wide light see past
-             * them, so that a good half of what the truth loses is lost here */
-            if (before == SIZE_MAX) first = dark, true_first = true_dark;
-            CHECK((double)(first - dark) >= .4 * (double)(true_first - true_dark),
-                  "%s, radius %g: umbra %zu, truth's %zu", names[m], radius, dark, true_dark);
-            before = dark;
-            ask_free(&q), ask_free(&truth);
-        }
-    }
-    scene_free(&mesh);
+    scene_mesh panel = {0}, body = maps_body();
+    scene_rect(&panel, -.8, .7, -.75, .85, 1);
+    grow("penumbra-volume", &panel, 1, .002);
+    grow("penumbra-mask", &panel, 1, .01);
+    grow("penumbra-volume", &body, 1, .35);
+    grow("penumbra-mask", &body, 1, .3);
+    grow("penumbra-volume", &body, 4, .05);
+    grow("penumbra-mask", &body, 4, .05);
+    scene_free(&panel), scene_free(&body);
 }
 
 int main(void) {
