@@ -510,8 +510,7 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                 asked->stage->params->weighting == SOFTSHADOW_UNIFORM;
     b.places = asked->technique->query_places && !asked->program && !points->normals &&
                !points->primitives;
-    b.sky = asked->stage->sky && asked->technique->group && !asked->program && !points->normals &&
-            !points->primitives && !points->error_bound;
+    b.sky = asked->stage->sky && asked->technique->group && !asked->program;
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);
     if (!scratch) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for scratch");
@@ -578,6 +577,8 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     softshadow_status status = make_progress(handle, points->count, &asked.progress);
     if (!status)
         status = ss_engine_lend(handle, points->light, points->count, asked.progress, &stage);
+    /* A map knows of no horizons, and of no bounds. */
+    if (points->normals || points->primitives || points->error_bound) stage.sky = NULL;
     if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
     ss_progress_destroy(asked.progress);
     totals.query_seconds = ss_clock() - start;

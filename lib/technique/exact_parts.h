@@ -43,6 +43,7 @@ typedef struct scratch {
     size_t direct_room;
     double size;      /* largest coordinate of the casters as the host gave them, local units */
     uint64_t settled; /* points answered by whole groups */
+    uint32_t unlit;   /* groups since the last that was lit, as far as they were looked at */
     uint32_t tried, failed; /* groups that began with few samples; those of them that needed more */
     uint32_t last;        /* what the last group took, by ss_group_took(), ... */
     uint32_t rays_take;   /* ... and rays would, each group of points; 0: there are none */

@@ -150,26 +150,40 @@ static void enclose(scratch *s, const ss_point *points, size_t n, ss_shaft_frame
     ss_group_enclose(s->group, s->stage->light, *frame, low, high, group ? s->views : NULL);
 }
 
-bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
-                      const ss_shaft_frame **frame) {
-    ss_group *g = s->group;
+/* Where a map has told most of the lit points groups are seldom lit, and mostly where the last was. */
+#define VAIN 2 /* groups in a row */
+static bool is_vain(scratch *s) {
+    if (!s->stage->sky || s->unlit < VAIN) return false;
+    return ++s->unlit % 4 != 0;
+}
+
+static bool nothing_hides(const scratch *s, const ss_point *points, size_t n, const double low[3],
+                          const double high[3]) {
+    const ss_group *g = s->group;
     const ss_world *world = s->stage->world;
-    ss_floor face[SURVIVORS];
-    double low[3], high[3];
-    enclose(s, points, n, own, frame, low, high);
-    if (!s->may_settle) return false;
-    g->listed = s->triangles, g->listed_room = SURVIVORS;
-    s->state->kernel->survey(g);
+    ss_floor face;
     if (g->listed_count > SURVIVORS) return false;
     for (uint32_t i = 0; i < g->listed_count; i++) {
         if (ss_floor_beside(world, s->stage->light, s->triangles[i], low, high)) continue;
-        if (!ss_floor_make(&face[i], world, s->stage->light, s->triangles[i], low, high))
-            return false;
+        if (!ss_floor_make(&face, world, s->stage->light, s->triangles[i], low, high)) return false;
         for (size_t j = 0; j < n; j++) {
-            if (!ss_floor_holds(&face[i], world, &points[j])) return false;
+            if (!ss_floor_holds(&face, world, &points[j])) return false;
         }
     }
     return all_above(s, points, n);
+}
+
+bool ss_exact_settles(scratch *s, const ss_point *points, size_t n, ss_shaft_frame *own,
+                      const ss_shaft_frame **frame) {
+    ss_group *g = s->group;
+    double low[3], high[3];
+    enclose(s, points, n, own, frame, low, high);
+    if (!s->may_settle || (n <= SS_LANES && is_vain(s))) return false;
+    g->listed = s->triangles, g->listed_room = SURVIVORS;
+    s->state->kernel->survey(g);
+    const bool lit = nothing_hides(s, points, n, low, high);
+    if (n <= SS_LANES) s->unlit = lit ? 0 : s->unlit + 1;
+    return lit;
 }
 
 /* ---- groups ------------------------------------------------------------------------------------*/
