@@ -18,8 +18,8 @@
  * at all others by a chamfer distance that is nowhere more than the true one [Bor86].
  *
  * Texels are squares: two points in them are nearer to each other than the texels' middles by up to
- * sqrt 2 texels, which is taken off all distances. Floats and what faces and light may be off, all below
- * 2^-20, are covered by ROOM. SPARE is for whoever draws: what is this far beside the light cannot cover
+ * sqrt 2 texels, which is taken off all distances. What floats and contact move, points and casters, is
+ * less than ROOM. SPARE is for whoever draws: what is this far beside the light cannot cover
  * a sample of it by rounding either. */
 #include "coverage/sky.h"
 
@@ -31,7 +31,8 @@
 #include "trace/contact.h"
 
 #define SIDE    512      /* texels */
-#define ROOM    0x1p-16  /* local units */
+#define ROOM    SS_SKY_ROOM
+#define SURE    0x1p-18  /* lengths of edges, and heights over them, that lines are told from */
 #define SPARE   0x1p-5   /* of the light's radius */
 #define NARROW  0x1p-10  /* a width: points lights are no more than that, and it keeps slopes finite */
 #define DISTANT 0x1p+20  /* a light farther than this is left without a map: too coarse in doubles */
@@ -225,7 +226,7 @@ static void set_edges(const ss_sky_frame *f, const double corner[3][3], shape *o
         ss_cross(from, way, e);
         const double inside = ss_dot(e, across);
         const double size = f->sun ? hypot(e[0], e[1]) : ss_length(e);
-        const bool sure = size > ROOM * f->distance && fabs(inside) > ROOM * size;
+        const bool sure = size > SURE * f->distance && fabs(inside) > SURE * size;
         for (int k = 0; k < 3; k++) e[k] = sure ? e[k] / (inside > 0 ? size : -size) : 0;
     }
 }
@@ -503,6 +504,10 @@ softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light 
     if (!sky->all || (floor && !sky->over)) {
         ss_sky_destroy(sky);
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a map of %u by %u", SIDE, SIDE);
+    }
+    for (int k = 0; k < 3; k++) {
+        const double origin = (world->low[k] + world->half[k]) * world->scale;
+        sky->size = ss_max(sky->size, ss_max(fabs(low[k] + origin), fabs(high[k] + origin)));
     }
     *out = sky;
     return SOFTSHADOW_OK;

@@ -13,6 +13,9 @@
 #include "scene/point.h"
 #include "trace/bvh.h"
 
+/* Local units by which casters, light and points may all be off: beyond floats. */
+#define SS_SKY_ROOM 0x1p-13
+
 /* Where points are in the map. With d = p - origin in the frame's axes (x, y, z), z away from the light:
  * sun: at (x, y), of nearness -z. Else the origin is the light's centre, r the length of d, and the
  * point is at (x, y) 2 D / (z + r), a stereographic projection, of nearness D (D - r) / r: as under a
@@ -37,6 +40,7 @@ typedef struct ss_sky {
     /* The largest face, if it is large: what points over it, or touching it, may exceed instead. */
     float *over; /* or NULL */
     double normal[3], offset; /* its plane; the light is all on the positive side */
+    double size;              /* largest coordinate of the casters as the host gave them */
     double centre[3], lowest; /* the light's height over it at least, ... */
     double finite, reach;     /* ... against the way there: |p - centre| finite + reach */
 } ss_sky;
@@ -47,7 +51,12 @@ softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light 
 void ss_sky_destroy(ss_sky *sky);
 size_t ss_sky_bytes(const ss_sky *sky);
 
-/* A bit for each of n points: it is lit for sure. ulp: see ss_point. */
+/* Points of such an ulp (see ss_point) are put onto faces that they touch: does the map leave room for
+ * that? */
+static inline bool ss_sky_holds(const ss_sky *sky, double ulp) {
+    return 8 * ulp * (sky->size + 1) <= SS_SKY_ROOM;
+}
+/* A bit for each of n points: it is lit for sure. */
 typedef void ss_sky_ask(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
                         uint64_t *lit);
 ss_sky_ask ss_sky_ask_scalar, ss_sky_ask_avx2, ss_sky_ask_avx512;

@@ -251,6 +251,10 @@ static void add_counts(batch *b, const ss_counts *counts) {
 
 #define LOOK ((size_t)4096) /* points that are looked at in one go */
 
+static double ulp_of(const softshadow_points *points) {
+    return points->position_type == SOFTSHADOW_F64 ? 0x1p-52 : 0x1p-23;
+}
+
 static ss_sky_ask *const ask_sky[] = SS_RUNGS(ss_sky_ask);
 
 static void leave(const batch *b, size_t j, const double p[3], size_t *to) {
@@ -277,7 +281,7 @@ static uint64_t leave_good(const batch *b, size_t first, size_t n, size_t *to) {
 static softshadow_status answer_lit(void *ctx, uint64_t begin, uint64_t end) {
     batch *b = ctx;
     const ss_stage *stage = b->asked->stage;
-    const double ulp = b->points->position_type == SOFTSHADOW_F64 ? 0x1p-52 : 0x1p-23;
+    const double ulp = ulp_of(b->points);
     size_t to = begin;
     uint64_t bad = 0;
     for (size_t first = begin, n; first < end; first += n) {
@@ -566,6 +570,12 @@ void ss_engine_tell(softshadow *handle, const char *why) {
     handle->options.log(handle->options.user, 2, text);
 }
 
+/* A map of lit points knows of no horizons, and of no bounds. */
+static bool sky_fits(const ss_sky *sky, const softshadow_points *points) {
+    return !points->normals && !points->primitives && !points->error_bound &&
+           ss_sky_holds(sky, ulp_of(points));
+}
+
 softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *points,
                                   float *visibility) {
     const double start = ss_clock();
@@ -577,8 +587,7 @@ softshadow_status ss_engine_query(softshadow *handle, const softshadow_points *p
     softshadow_status status = make_progress(handle, points->count, &asked.progress);
     if (!status)
         status = ss_engine_lend(handle, points->light, points->count, asked.progress, &stage);
-    /* A map knows of no horizons, and of no bounds. */
-    if (points->normals || points->primitives || points->error_bound) stage.sky = NULL;
+    if (stage.sky && !sky_fits(stage.sky, points)) stage.sky = NULL;
     if (!status) status = ss_engine_ask(handle, &asked, points, visibility, &totals);
     ss_progress_destroy(asked.progress);
     totals.query_seconds = ss_clock() - start;
