@@ -37,10 +37,18 @@ static inline ss_ints ss_floats_mask(uint32_t bits) {
 }
 /* a where it is the less (more), b where it is not or one is NaN. */
 static inline ss_floats ss_floats_less(ss_floats a, ss_floats b) {
+#ifdef __SSE__
+    return __builtin_ia32_minps(a, b);
+#else
     return ss_floats_pick((ss_ints)(a < b), a, b);
+#endif
 }
 static inline ss_floats ss_floats_more(ss_floats a, ss_floats b) {
+#ifdef __SSE__
+    return __builtin_ia32_maxps(a, b);
+#else
     return ss_floats_pick((ss_ints)(a > b), a, b);
+#endif
 }
 static inline ss_floats ss_floats_size(ss_floats a) {
     return (ss_floats)((ss_ints)a & (ss_ints){INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});

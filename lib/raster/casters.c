@@ -69,20 +69,12 @@ int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corne
 
 /* ---- which rows ----------------------------------------------------------------------------- */
 
-typedef struct flat_box {
-    double low[3], high[2]; /* x, y, h; h's highest does not matter */
-} flat_box;
-
-/* Not fmin and fmax: those are calls, and this runs for every triangle. */
-static inline double less(double a, double b) { return a < b ? a : b; }
-static inline double more(double a, double b) { return a > b ? a : b; }
-
-static inline flat_box box_of(const ss_scan_corner *corner, int n) {
-    flat_box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+static inline ss_caster_box box_of(const ss_scan_corner *corner, int n) {
+    ss_caster_box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
     for (int i = 0; i < n; i++) {
-        b.low[0] = less(b.low[0], corner[i].x), b.high[0] = more(b.high[0], corner[i].x);
-        b.low[1] = less(b.low[1], corner[i].y), b.high[1] = more(b.high[1], corner[i].y);
-        b.low[2] = less(b.low[2], corner[i].attribute[0]);
+        const double at[3] = {corner[i].x, corner[i].y, corner[i].attribute[0]};
+        for (int k = 0; k < 3; k++) b.low[k] = ss_scan_less(b.low[k], at[k]);
+        for (int k = 0; k < 2; k++) b.high[k] = ss_scan_more(b.high[k], at[k]);
     }
     return b;
 }
@@ -98,26 +90,31 @@ static bool rows_of_box(const double low[2], const double high[2], uint32_t reso
     return *first <= *last;
 }
 
-bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *corner, int count,
-                     int32_t *first, int32_t *last) {
+bool ss_casters_want(const ss_casters *casters, size_t t, const ss_caster_box *b) {
     const ss_raster_casters *c = casters->asked;
-    if (count == 0) return false;
-    const flat_box b = box_of(corner, count);
-    if (b.low[2] > c->deepest) return false;
+    if (b->low[2] > c->deepest) return false;
     if (c->holes_only && !ss_caster_has_holes(c->world, t)) return false;
     if (c->held && !c->held[t]) {
-        const double far = ss_frame_rate(c->frame) * (c->deepest - b.low[2]) + 1,
+        const double far = ss_frame_rate(c->frame) * (c->deepest - b->low[2]) + 1,
                      most = c->resolution;
-        c->held[t] =
-            b.high[0] > -far && b.high[1] > -far && b.low[0] < most + far && b.low[1] < most + far;
+        c->held[t] = b->high[0] > -far && b->high[1] > -far && b->low[0] < most + far &&
+                     b->low[1] < most + far;
     }
-    return rows_of_box(b.low, b.high, c->resolution, first, last);
+    return true;
+}
+
+bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *corner, int count,
+                     int32_t *first, int32_t *last) {
+    if (count == 0) return false;
+    const ss_caster_box b = box_of(corner, count);
+    return ss_casters_want(casters, t, &b) &&
+           rows_of_box(b.low, b.high, casters->asked->resolution, first, last);
 }
 
 bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution,
                          int32_t *first, int32_t *last) {
     if (count == 0) return false;
-    const flat_box b = box_of(corner, count);
+    const ss_caster_box b = box_of(corner, count);
     return rows_of_box(b.low, b.high, resolution, first, last);
 }
 
@@ -131,8 +128,8 @@ float ss_casters_bias(const ss_casters *casters, const ss_scan *scan) {
     const ss_raster_casters *c = casters->asked;
     if (!(c->slope_texels > 0)) return 0;
     const double steep = c->steepest * c->frame->texel;
-    const double x = less(fabs((double)scan->step_x[0]), steep);
-    const double y = less(fabs((double)scan->step_y[0]), steep);
+    const double x = ss_scan_less(fabs((double)scan->step_x[0]), steep);
+    const double y = ss_scan_less(fabs((double)scan->step_y[0]), steep);
     return (float)(c->slope_texels * (x + y));
 }
 

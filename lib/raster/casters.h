@@ -22,6 +22,29 @@ void ss_casters_free(ss_casters *casters);
 
 /* The corners to draw of triangle t: three as they are, or what clipping leaves. */
 int ss_casters_corners(const ss_casters *casters, size_t t, ss_scan_corner corner[SS_CLIP_MOST]);
+/* Triangle t as most are: whole, and not cut by anything. */
+typedef struct ss_caster_plain {
+    float x[3], y[3], h[3];
+} ss_caster_plain;
+
+static inline bool ss_casters_plain(const ss_casters *casters, size_t t, ss_caster_plain *out) {
+    const uint32_t *index = casters->asked->world->indices + 3 * t;
+    bool plain = true;
+    for (int i = 0; i < 3; i++) {
+        const ss_caster_vertex *p = &casters->vertex[index[i]];
+        out->x[i] = p->x, out->y[i] = p->y, out->h[i] = p->h;
+        plain &= p->x == p->x;
+    }
+    return plain;
+}
+
+/* Where a triangle is: x, y, h from; x, y to. */
+typedef struct ss_caster_box {
+    double low[3], high[2];
+} ss_caster_box;
+
+/* Is triangle t to be drawn, which is in this box? Marks it as held. */
+bool ss_casters_want(const ss_casters *casters, size_t t, const ss_caster_box *box);
 /* The rows that these corners can touch; false: none, or the triangle is left out. Marks it as
  * held. */
 bool ss_casters_rows(const ss_casters *casters, size_t t, const ss_scan_corner *corner, int count,

@@ -1,5 +1,8 @@
 /* The CPU backend: corners are projected once, triangles sorted into bands of rows, bands drawn by any
  * thread. A band is drawn in the triangles' order, so the result does not depend on the threads. */
+#include <math.h>
+
+#include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "raster/casters.h"
@@ -15,11 +18,35 @@ typedef struct drawing {
     float *plane;
 } drawing;
 
+/* Snaps a triangle that is whole; false: it covers no texel's centre. */
+static inline bool snap(const ss_caster_plain *p, uint32_t resolution, ss_scan *scan) {
+    for (int i = 0; i < 3; i++) {
+        scan->x[i] = (int32_t)lrintf(p->x[i] * SS_SUBTEXELS);
+        scan->y[i] = (int32_t)lrintf(p->y[i] * SS_SUBTEXELS);
+    }
+    return ss_scan_box(scan, resolution);
+}
+
+static inline float less(float a, float b) { return a < b ? a : b; }
+static inline float more(float a, float b) { return a > b ? a : b; }
+static inline float least3(const float v[3]) { return less(less(v[0], v[1]), v[2]); }
+static inline float most3(const float v[3]) { return more(more(v[0], v[1]), v[2]); }
+
 static bool caster_rows(const void *ctx, size_t t, int32_t *first, int32_t *last) {
     const drawing *d = ctx;
-    ss_scan_corner corner[SS_CLIP_MOST];
-    const int count = ss_casters_corners(&d->casters, t, corner);
-    return ss_casters_rows(&d->casters, t, corner, count, first, last);
+    ss_caster_plain plain;
+    if (!ss_casters_plain(&d->casters, t, &plain)) {
+        ss_scan_corner corner[SS_CLIP_MOST];
+        const int count = ss_casters_corners(&d->casters, t, corner);
+        return ss_casters_rows(&d->casters, t, corner, count, first, last);
+    }
+    const ss_caster_box box = {{least3(plain.x), least3(plain.y), least3(plain.h)},
+                               {most3(plain.x), most3(plain.y)}};
+    ss_scan scan;
+    if (!ss_casters_want(&d->casters, t, &box)) return false;
+    if (!snap(&plain, d->asked->resolution, &scan)) return false;
+    *first = scan.first_y, *last = scan.last_y;
+    return true;
 }
 
 static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3], int32_t first,
@@ -42,6 +69,51 @@ static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3]
     }
 }
 
+/* A small triangle that nothing cuts and nothing pierces; false: it is another one. With `later` what
+ * turns its back to the light is not drawn but told: most of it is hidden by what is drawn first. */
+static inline bool draw_small(const drawing *d, size_t t, int32_t first, int32_t last,
+                              bool *later) {
+    const ss_raster_casters *c = d->asked;
+    ss_caster_plain plain;
+    ss_scan scan;
+    if (!ss_casters_plain(&d->casters, t, &plain)) return false;
+    if (!snap(&plain, c->resolution, &scan)) return true;
+    if (!ss_scan_is_small(&scan)) return false;
+    const bool turned = (ss_scan_area(&scan) > 0) == d->casters.mirrored;
+    if (turned && c->front_only) return true;
+    if (later && turned) {
+        *later = true;
+        return true;
+    }
+    const float least = least3(plain.h); /* what is stored is never less */
+    if (ss_scan_hidden(&scan, first, last, c->resolution, least, d->plane)) return true;
+    const double x[3] = {plain.x[0], plain.x[1], plain.x[2]},
+                 y[3] = {plain.y[0], plain.y[1], plain.y[2]},
+                 h[3] = {plain.h[0], plain.h[1], plain.h[2]};
+    const ss_scan_plane plane = ss_scan_plane_of(&scan, x, y);
+    ss_scan_gradient(&scan, &plane, 0, h);
+    ss_scan_small(&scan, first, last, c->resolution, ss_casters_bias(&d->casters, &scan), d->plane);
+    return true;
+}
+
+static void draw_caster(const drawing *d, size_t t, int32_t first, int32_t last, bool *later) {
+    if (!d->above && !d->asked->world->any_opacity && draw_small(d, t, first, last, later)) return;
+    ss_scan_corner corner[SS_CLIP_MOST];
+    const int count = ss_casters_corners(&d->casters, t, corner);
+    for (int k = 2; k < count; k++) {
+        const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
+        draw_part(d, t, part, first, last);
+    }
+}
+
+static void clear(float *plane, size_t n) {
+    const ss_floats far = ss_floats_all(SS_MAP_FAR);
+    size_t i = 0;
+    for (; i + 4 <= n; i += 4) ss_floats_store(plane + i, far);
+    for (; i < n; i++) plane[i] = SS_MAP_FAR;
+}
+
+/* The nearest of all stays, whatever the order: those drawn later replace their band's items. */
 static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
     const drawing *d = ctx;
     const uint32_t n = d->asked->resolution;
@@ -49,16 +121,17 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
         const int32_t first = (int32_t)band * SS_BAND;
         const int32_t last = first + SS_BAND < (int32_t)n ? first + SS_BAND - 1 : (int32_t)n - 1;
         float *row = d->plane + (size_t)first * n;
-        for (size_t i = 0; i < (size_t)(last - first + 1) * n; i++) row[i] = SS_MAP_FAR;
-        for (uint32_t i = d->bins.first[band]; i < d->bins.first[band + 1]; i++) {
-            const uint32_t t = d->bins.item[i];
-            ss_scan_corner corner[SS_CLIP_MOST];
-            const int count = ss_casters_corners(&d->casters, t, corner);
-            for (int k = 2; k < count; k++) {
-                const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
-                draw_part(d, t, part, first, last);
-            }
+        clear(row, (size_t)(last - first + 1) * n);
+        uint32_t *item = d->bins.item + d->bins.first[band];
+        const uint32_t count = d->bins.first[band + 1] - d->bins.first[band];
+        uint32_t left = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            const uint32_t t = item[i];
+            bool later = false;
+            draw_caster(d, t, first, last, &later);
+            if (later) item[left++] = t;
         }
+        for (uint32_t i = 0; i < left; i++) draw_caster(d, item[i], first, last, NULL);
     }
     return SOFTSHADOW_OK;
 }

@@ -16,6 +16,7 @@
 
 #define TILE    16 /* texels along a side; two rows of tiles make a band */
 #define BUCKETS 32 /* of distance, in a tile */
+#define LOOK_EACH 8 /* triangles drawn until it is asked again what a tile has room for */
 #define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped triangle */
 
 typedef struct sketch {
@@ -188,7 +189,7 @@ static void draw_tile(const band *b, uint32_t tile, const span *of) {
     uint32_t since = 0;
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
-        if (since && v->least > 0)
+        if (since >= LOOK_EACH && v->least > 0)
             s->ink->room(s->ink->keep_ctx, box, of->nearest, room), since = 0;
         if (!(v->least < room[v->kind])) continue;
         const ss_raster_triangle *t = &s->triangles[s->owner[v->part]];

@@ -18,16 +18,6 @@ static inline floats pick(ints mask, floats yes, floats no) {
     return (floats)((mask & (ints)yes) | (~mask & (ints)no));
 }
 
-/* Lanes whose centre is inside, for the four texels from column x of the block on. */
-static inline ints inside(const ss_scan_block *b, int32_t column, int32_t row) {
-    ints any_out = all_ints(0);
-    for (int i = 0; i < 3; i++) {
-        const ss_scan_edge *e = &b->e[i];
-        any_out |= (e->at + e->up * row + e->right * column) + e->right * lane_number;
-    }
-    return ~(any_out >> 31); /* a negative value is outside */
-}
-
 /* Where depths go: below `above`, if that is given. */
 typedef struct walk {
     const ss_scan *scan;
@@ -72,8 +62,7 @@ static inline void depth_columns(const walk *w, const ss_scan_block *b, int32_t 
         for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
         if (!ss_floats_bits(in)) continue;
         floats h = (s->start[0] + s->step_y[0] * (float)(b->y + row - s->first_y)) + across;
-        h = pick((ints)(h < least_of), least_of, h);
-        h = pick((ints)(h > most_of), most_of, h) + w->bias;
+        h = ss_floats_less(most_of, ss_floats_more(least_of, h)) + w->bias;
         const floats old = load(w->plane + at, n);
         in &= (ints)(h < old);
         if (w->above) in &= (ints)(h > load(w->above + at, n));
@@ -107,6 +96,44 @@ void ss_scan_depth(const ss_scan *scan, int32_t first_row, int32_t last_row, uin
     walk_depth(&w);
 }
 
+/* Corners are within 30 texels of each other: 32 bits hold all products. */
+static inline void set_small_edge(ss_scan_edge *e, const ss_scan *s, int i, int j, int32_t x,
+                                  int32_t y) {
+    const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
+    const int32_t px = x * SS_SUBTEXELS + 128 - s->x[i], py = y * SS_SUBTEXELS + 128 - s->y[i];
+    e->at = (dx * py - dy * px - !ss_scan_top_or_left(dx, dy)) >> 8;
+    e->right = -dy, e->up = dx;
+}
+
+void ss_scan_small(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
+                   float bias, float *plane) {
+    const walk w = {s, first_row, last_row, (int32_t)resolution, bias, NULL, plane};
+    const int64_t area = ss_scan_area(s);
+    const int32_t y = greatest(s->first_y, first_row);
+    ss_scan_block b = {.x = s->first_x, .y = y, .width = s->last_x - s->first_x + 1,
+                       .height = least(s->last_y, last_row) - y + 1};
+    if (area == 0) return;
+    const int second = area < 0 ? 2 : 1, third = 3 - second;
+    set_small_edge(&b.e[0], s, 0, second, b.x, y);
+    set_small_edge(&b.e[1], s, second, third, b.x, y);
+    set_small_edge(&b.e[2], s, third, 0, b.x, y);
+    for (int32_t column = 0; column < b.width; column += LANES) depth_columns(&w, &b, column);
+}
+
+bool ss_scan_hidden(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
+                    float least_h, const float *plane) {
+    const int32_t bottom = greatest(s->first_y, first_row), top = least(s->last_y, last_row);
+    const floats h = all_floats(least_h);
+    for (int32_t y = bottom; y <= top; y++) {
+        const float *row = plane + (size_t)y * resolution;
+        for (int32_t x = s->first_x; x <= s->last_x; x += LANES) {
+            const floats held = load(row + x, (int32_t)resolution - x);
+            if (ss_floats_bits((ints)(h < held))) return false;
+        }
+    }
+    return true;
+}
+
 void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
                   float bias, const float *above, float *plane) {
     const walk w = {scan, first_row, last_row, (int32_t)resolution, bias, above, plane};
@@ -114,17 +141,6 @@ void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint
 }
 
 /* ---- runs ----------------------------------------------------------------------------------- */
-
-/* A bit for each covered column of one row of a block. */
-static uint32_t columns_of(const ss_scan_block *b, int32_t row) {
-    static const ints bit = {1, 2, 4, 8};
-    uint32_t columns = 0;
-    for (int32_t column = 0; column < b->width; column += LANES) {
-        const ints in = inside(b, column, row) & bit;
-        columns |= (uint32_t)(in[0] | in[1] | in[2] | in[3]) << column;
-    }
-    return b->width < 32 ? columns & ((1u << b->width) - 1) : columns;
-}
 
 static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int32_t n,
                       uint32_t tag, ss_raster_shade *shade, void *ctx) {
@@ -136,18 +152,32 @@ static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int
         for (int32_t i = 0; i < n; i += LANES) {
             const ints column = lane_number + (x + i - s->first_x);
             floats v = row + s->step_x[k] * __builtin_convertvector(column, floats);
-            v = pick((ints)(v < least_of), least_of, v);
-            values[k][i / LANES] = pick((ints)(v > most_of), most_of, v);
+            values[k][i / LANES] = ss_floats_less(most_of, ss_floats_more(least_of, v));
         }
         run.attribute[k] = (const float *)values[k];
     }
     shade(ctx, &run);
 }
 
+/* Adds to each row's covered columns, a bit each, those of the four from `column` on. */
+static inline void cover_columns(const ss_scan_block *b, int32_t column, uint32_t *covered) {
+    ints edge[3];
+    for (int i = 0; i < 3; i++) {
+        edge[i] = b->e[i].at + b->e[i].right * (column + lane_number);
+    }
+    for (int32_t row = 0; row < b->height; row++) {
+        const ints in = ~(edge[0] | edge[1] | edge[2]);
+        covered[row] |= (uint32_t)ss_floats_bits(in >> 31) << column;
+        for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
+    }
+}
+
 static void block_runs(const ss_scan *s, const ss_scan_block *b, uint32_t used, uint32_t tag,
                        ss_raster_shade *shade, void *ctx) {
+    uint32_t covered[SS_BAND] = {0};
+    for (int32_t column = 0; column < b->width; column += LANES) cover_columns(b, column, covered);
     for (int32_t row = 0; row < b->height; row++) {
-        const uint32_t columns = columns_of(b, row);
+        const uint32_t columns = covered[row] & (UINT32_MAX >> (32 - b->width));
         if (!columns) continue; /* else one run, the triangle being convex */
         const int32_t first = __builtin_ctz(columns), last = 31 - __builtin_clz(columns);
         shade_run(s, used, b->x + first, b->y + row, last - first + 1, tag, shade, ctx);
