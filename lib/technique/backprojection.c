@@ -29,10 +29,8 @@
 #define SKIP     3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
 
 typedef struct back_state {
-    ss_light_maps maps; /* the plane: depths of all layers, then what points are compared with */
-    ss_lamp lamp[SS_MAP_FACES];
-    ss_pyramid pyramid[SS_MAP_FACES];
-    uint32_t layers, max_samples;
+    ss_lamp_maps lamps; /* the plane: depths of all layers, then what points are compared with */
+    uint32_t layers;
     bool fill;
     char names[SS_MOST_LAYERS * 24]; /* of the plane's channels */
 } back_state;
@@ -126,13 +124,13 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
 }
 
 static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint32_t face) {
-    const uint32_t side = back->maps.frames.resolution;
+    const uint32_t side = back->lamps.maps.frames.resolution;
     const size_t n = (size_t)side * side;
     peeling p = {.stage = stage,
                  .back = back,
-                 .frame = &back->maps.frames.face[face],
+                 .frame = &back->lamps.maps.frames.face[face],
                  .side = side,
-                 .texels = back->maps.plane + face * n * 2 * back->layers};
+                 .texels = back->lamps.maps.plane + face * n * 2 * back->layers};
     p.above = ss_alloc(n, sizeof *p.above), p.layer = ss_alloc(n, sizeof *p.layer);
     softshadow_status status = SOFTSHADOW_OK;
     if (!p.above || !p.layer) {
@@ -140,22 +138,14 @@ static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint
             ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
                     back->layers, side, side);
     }
-    if (!status) status = peel(&p, back->maps.depth + face * n);
+    if (!status) status = peel(&p, back->lamps.maps.depth + face * n);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &p);
-    if (!status) status = ss_pyramid_build(&back->pyramid[face], back->maps.depth + face * n, side);
     ss_free(p.above);
     ss_free(p.layer);
     return status;
 }
 
 /* ---- building -------------------------------------------------------------------------------- */
-
-static void destroy(void *state) {
-    back_state *back = state;
-    if (!back) return;
-    for (int i = 0; i < SS_MAP_FACES; i++) ss_pyramid_free(&back->pyramid[i]);
-    ss_light_maps_destroy(back);
-}
 
 /* "depth0,depth1,compared0,compared1" */
 static void name_channels(back_state *back) {
@@ -165,7 +155,7 @@ static void name_channels(back_state *back) {
                                  i ? "," : "", i < back->layers ? "depth" : "compared",
                                  i % back->layers);
     }
-    back->maps.channel_names = back->names;
+    back->lamps.maps.channel_names = back->names;
 }
 
 static ss_light_maps_answer answer;
@@ -175,27 +165,20 @@ static softshadow_status build(const ss_stage *stage, void **state) {
                                      .slope_texels = 1,
                                      .bare = !stage->light->point,
                                      .margin = true};
-    softshadow_status status = ss_light_maps_build(stage, &wish, state);
+    softshadow_status status = ss_lamp_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
     back_state *back = *state;
-    back->layers = stage->params->layers, back->max_samples = stage->params->max_samples;
+    ss_light_maps *maps = &back->lamps.maps;
+    back->layers = stage->params->layers;
     back->fill = back->layers == 1 && stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
-    const uint32_t count = back->maps.frames.count;
-    if (count) status = ss_light_maps_add_plane(&back->maps, "layers", 2 * back->layers, answer);
+    const uint32_t count = maps->frames.count;
+    if (count) status = ss_light_maps_add_plane(maps, "layers", 2 * back->layers, answer);
     name_channels(back);
     for (uint32_t face = 0; face < count && !status; face++) {
-        ss_lamp_make(&back->lamp[face], stage->light, &back->maps.frames.face[face]);
         status = peel_face(stage, back, face);
     }
-    if (status) destroy(back), *state = NULL;
+    if (status) ss_lamp_maps_destroy(back), *state = NULL;
     return status;
-}
-
-static size_t bytes(const void *state) {
-    const back_state *back = state;
-    size_t sum = ss_light_maps_bytes(state);
-    for (int i = 0; i < SS_MAP_FACES; i++) sum += back->pyramid[i].count * sizeof(float);
-    return sum;
 }
 
 /* ---- asking ---------------------------------------------------------------------------------- */
@@ -287,21 +270,16 @@ static double hidden_by_all(const asked *a) {
 static float seen_by(const back_state *back, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
     asked a = {.back = back,
-               .texels = back->maps.plane + (size_t)looks->base[i] * 2 * back->layers,
-               .pyramid = &back->pyramid[face],
+               .texels = back->lamps.maps.plane + (size_t)looks->base[i] * 2 * back->layers,
+               .pyramid = &back->lamps.pyramid[face],
                .x = looks->x[i],
                .y = looks->y[i],
                .h = looks->h[i]};
-    float hard = 1;
     if (a.h == -SS_MAP_FAR) return 1;
-    if (!ss_lamp_see(&back->lamp[face], a.x, a.y, a.h, &a.view)) {
-        ss_looks one = {
-            .x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
-        ss_light_maps_hard(&back->maps, &one, 1, &hard);
-        return hard;
-    }
+    if (!ss_lamp_see(&back->lamps.lamp[face], a.x, a.y, a.h, &a.view))
+        return ss_lamp_maps_hard(&back->lamps, looks, i);
     if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &a.kernel)) return 1;
-    ss_lamp_thin(&a.kernel, back->max_samples);
+    ss_lamp_thin(&a.kernel, back->lamps.max_samples);
     return (float)(1 - hidden_by_all(&a));
 }
 
@@ -377,10 +355,10 @@ static const char glsl[] = SS_LAMP_GLSL
 
 static softshadow_status tables(void *state, ss_raster_question *question) {
     back_state *back = state;
-    if (back->maps.light.point) return ss_light_maps_tables_hard(state, question);
-    back->maps.words[1] = (float)back->layers, back->maps.words[2] = (float)back->max_samples;
-    back->maps.words[3] = back->fill;
-    return ss_lamp_ask(&back->maps, back->lamp, back->pyramid, glsl, question);
+    float *words = back->lamps.maps.words;
+    words[1] = (float)back->layers, words[2] = (float)back->lamps.max_samples;
+    words[3] = back->fill;
+    return ss_lamp_maps_ask(&back->lamps, glsl, question);
 }
 
 const ss_technique ss_backprojection = {
@@ -398,7 +376,7 @@ const ss_technique ss_backprojection = {
     .build = build,
     .query_glsl = glsl,
     .tables = tables,
-    .destroy = destroy,
-    .bytes = bytes,
+    .destroy = ss_lamp_maps_destroy,
+    .bytes = ss_lamp_maps_bytes,
     SS_LIGHT_MAPS_ROWS,
 };

@@ -16,44 +16,14 @@
 
 #define NOTHING 1e-9 /* less of the light than this is rounding */
 
-typedef struct pcss_state {
-    ss_light_maps maps;
-    ss_lamp lamp[SS_MAP_FACES];
-    ss_pyramid pyramid[SS_MAP_FACES];
-    uint32_t max_samples;
-} pcss_state;
-
-static void destroy(void *state) {
-    pcss_state *pcss = state;
-    if (!pcss) return;
-    for (int i = 0; i < SS_MAP_FACES; i++) ss_pyramid_free(&pcss->pyramid[i]);
-    ss_light_maps_destroy(pcss);
-}
-
 static ss_light_maps_answer answer;
 
 static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {
-        .state_size = sizeof(pcss_state), .slope_texels = 1.5, .margin = true};
-    softshadow_status status = ss_light_maps_build(stage, &wish, state);
-    if (status || stage->light->point) return status;
-    pcss_state *pcss = *state;
-    const uint32_t side = pcss->maps.frames.resolution;
-    pcss->max_samples = stage->params->max_samples, pcss->maps.answer = answer;
-    for (uint32_t face = 0; face < pcss->maps.frames.count && !status; face++) {
-        ss_lamp_make(&pcss->lamp[face], stage->light, &pcss->maps.frames.face[face]);
-        status = ss_pyramid_build(&pcss->pyramid[face],
-                                  pcss->maps.depth + (size_t)face * side * side, side);
-    }
-    if (status) destroy(pcss), *state = NULL;
+        .state_size = sizeof(ss_lamp_maps), .slope_texels = 1.5, .margin = true};
+    const softshadow_status status = ss_lamp_maps_build(stage, &wish, state);
+    if (!status && !stage->light->point) ((ss_lamp_maps *)*state)->maps.answer = answer;
     return status;
-}
-
-static size_t bytes(const void *state) {
-    const pcss_state *pcss = state;
-    size_t sum = ss_light_maps_bytes(state);
-    for (int i = 0; i < SS_MAP_FACES; i++) sum += pcss->pyramid[i].count * sizeof(float);
-    return sum;
 }
 
 /* ---- asking ---------------------------------------------------------------------------------- */
@@ -118,20 +88,15 @@ static double filtered(const asked *a, const ss_lamp_kernel *k, double gap) {
     return sum < 1 - NOTHING ? sum : 1;
 }
 
-static float seen_by(const pcss_state *pcss, const ss_looks *looks, size_t i) {
+static float seen_by(const ss_lamp_maps *pcss, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
     asked a = {
         .pyramid = &pcss->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
     ss_lamp_kernel kernel;
-    float hard = 1;
     double gap;
     if (a.h == -SS_MAP_FAR) return 1;
-    if (!ss_lamp_see(&pcss->lamp[face], a.x, a.y, a.h, &a.view)) {
-        ss_looks one = {
-            .x = {looks->x[i]}, .y = {looks->y[i]}, .h = {a.h}, .base = {looks->base[i]}};
-        ss_light_maps_hard(&pcss->maps, &one, 1, &hard);
-        return hard;
-    }
+    if (!ss_lamp_see(&pcss->lamp[face], a.x, a.y, a.h, &a.view))
+        return ss_lamp_maps_hard(pcss, looks, i);
     if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &kernel)) return 1;
     ss_lamp_thin(&kernel, pcss->max_samples);
     if (!mean_blocker(&a, &kernel, &gap)) return 1;
@@ -142,7 +107,7 @@ static float seen_by(const pcss_state *pcss, const ss_looks *looks, size_t i) {
 }
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    for (size_t i = 0; i < n; i++) out[i] = seen_by((const pcss_state *)maps, looks, i);
+    for (size_t i = 0; i < n; i++) out[i] = seen_by((const ss_lamp_maps *)maps, looks, i);
 }
 
 /* words[1]: max_samples. */
@@ -206,10 +171,9 @@ static const char glsl[] = SS_LAMP_GLSL
     "}\n";
 
 static softshadow_status tables(void *state, ss_raster_question *question) {
-    pcss_state *pcss = state;
-    if (pcss->maps.light.point) return ss_light_maps_tables_hard(state, question);
+    ss_lamp_maps *pcss = state;
     pcss->maps.words[1] = (float)pcss->max_samples;
-    return ss_lamp_ask(&pcss->maps, pcss->lamp, pcss->pyramid, glsl, question);
+    return ss_lamp_maps_ask(pcss, glsl, question);
 }
 
 const ss_technique ss_pcss = {
@@ -226,7 +190,7 @@ const ss_technique ss_pcss = {
     .build = build,
     .query_glsl = glsl,
     .tables = tables,
-    .destroy = destroy,
-    .bytes = bytes,
+    .destroy = ss_lamp_maps_destroy,
+    .bytes = ss_lamp_maps_bytes,
     SS_LIGHT_MAPS_ROWS,
 };
