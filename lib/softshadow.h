@@ -263,7 +263,8 @@ typedef struct softshadow_stats {
     uint64_t casters_culled;   /* triangles that no query could need and no map holds */
     uint64_t silhouette_edges;
     uint64_t points, points_lit, points_umbra, points_penumbra;
-    uint64_t points_traced;    /* that any ray, or any tap of "penumbra-mask", was spent on */
+    uint64_t points_traced;    /* that any ray, or any tap of "penumbra-mask", was spent on; under
+                                  sub_lights: of the part of the light with the most of them */
     uint64_t points_bad;       /* not finite, beyond 1e15 or outside bounds: answered NaN */
     uint64_t rays;
     uint64_t map_bytes, peak_bytes; /* held by what was built; most ever held */

@@ -180,7 +180,7 @@ static void build(session *s) {
     build.layers = byte() % 5, build.max_samples = byte();
     build.samples = byte() % 4 ? 0 : word() % 2048;
     build.falloff = byte() % 5, build.weighting = byte() % 4;
-    build.mask_taps = byte() % 10, build.blur = byte() & 1;
+    build.mask_taps = byte() % 10, build.blur = byte() & 1, build.sub_lights = byte() % 10;
     const uint8_t extra = byte();
     if (extra & 1) build.tolerance = number();
     if (extra & 2) build.depth_bias = number();
