@@ -67,7 +67,7 @@ static uint32_t word_of(const ss_lattice *samples, int column, int row) {
     return block * SS_BLOCK + (uint32_t)(row % SS_BLOCK);
 }
 
-static bool is_sample(const ss_lattice *samples, int column, int row) {
+static inline bool is_sample(const ss_lattice *samples, int column, int row) {
     if (column < 0 || row < 0 || column >= (int)samples->words * 32 ||
         row >= (int)samples->row_blocks * SS_BLOCK) {
         return false;
@@ -123,8 +123,7 @@ static void measure(const ss_lattice *lattice, const ss_light *light, bool disk,
                     double *content) {
     const double cell = lattice->grid[0][0] * lattice->grid[0][0] +
                         lattice->grid[0][1] * lattice->grid[0][1]; /* cells a unit of area */
-    uint32_t fine = FINE;
-    while ((double)fine * fine < 256.0 * lattice->count) fine *= 2;
+    const uint32_t fine = (uint32_t)fmax(FINE, ceil(16 * sqrt(lattice->count)));
     const double part = 4 * cell / ((double)fine * fine);
     for (uint32_t i = 0; i < fine * fine; i++) {
         const double s = (2 * (i % fine) + 1.0) / fine - 1, t = (2 * (i / fine) + 1.0) / fine - 1;

@@ -194,7 +194,7 @@ static bool finish_fast(scratch *s, unsigned lane, const ss_point *point, float 
 static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point *point,
                                        float *out) {
     const exact *e = s->state;
-    const ss_lattice *usual = s->group->lattice;
+    const ss_lattice *before = s->group->lattice;
     double turned[3];
     size_t count = 0;
     const softshadow_status status = gather_direct(s, lane, &count);
@@ -202,11 +202,11 @@ static softshadow_status answer_direct(scratch *s, unsigned lane, const ss_point
     if (e->light.point) {
         *out = hard(s, lane, normal_of(e, point, turned), count);
     } else {
-        s->group->lattice = e->samples;
-        memcpy(ss_group_mask(s->group, lane), e->samples->outside,
-               e->samples->blocks * SS_BLOCK * sizeof(uint32_t));
+        const ss_lattice *samples = s->group->lattice = ss_exact_usual(e);
+        memcpy(ss_group_mask(s->group, lane), samples->outside,
+               samples->blocks * SS_BLOCK * sizeof(uint32_t));
         *out = finish(s, lane, point, count);
-        s->group->lattice = usual;
+        s->group->lattice = before;
     }
     return SOFTSHADOW_OK;
 }
@@ -235,17 +235,17 @@ static softshadow_status draw(scratch *s) {
     }
 }
 
-/* Draws the group's lanes and answers those for which its samples are enough. Gives the others. */
-static softshadow_status answer_drawn(scratch *s, const ss_point *points, float *out,
+/* Draws the group's lanes and answers those for which this step is enough. Gives the others. */
+static softshadow_status answer_drawn(scratch *s, const ss_point *points, unsigned step, float *out,
                                       uint32_t *others) {
     ss_group *g = s->group;
-    const bool last = g->lattice == s->state->samples;
+    const bool last = step + 1 == s->state->steps;
     *others = 0;
     const softshadow_status status = draw(s);
     if (status) return status;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
-        if (!last && !((g->lit | g->dark) >> lane & 1) && g->rough[lane] > s->state->rough) {
+        if (!last && !((g->lit | g->dark) >> lane & 1) && g->rough[lane] > s->state->rough[step]) {
             *others |= 1u << lane;
             continue;
         }
@@ -262,11 +262,12 @@ static softshadow_status answer_drawn(scratch *s, const ss_point *points, float 
 /* Where most groups of this range have needed all samples, foliage for one, the next will. Where it
  * is the walk that takes time, samples take little, and a second walk takes as much again. */
 #define LONG 100000 /* ns */
-static const ss_lattice *first_samples(scratch *s) {
-    const bool vain = (s->failed > 2 && 2 * s->failed > s->tried) || s->last > LONG;
-    if (!s->state->few || vain) return s->state->samples;
-    s->tried++;
-    return s->state->few;
+static unsigned first_step(scratch *s) {
+    unsigned step = s->last > LONG ? s->state->usual : 0;
+    for (; step + 1 < s->state->steps; step++) {
+        if (s->failed[step] <= 2 || 2 * s->failed[step] <= s->tried[step]) break;
+    }
+    return step;
 }
 
 /* ---- rays ----------------------------------------------------------------------------------- */
@@ -297,17 +298,37 @@ static softshadow_status trace_group(scratch *s, const ss_point *points, unsigne
     return status;
 }
 
-/* The group is enclosed already, by its points as they were given. *fine: which of them needed all
- * of the samples. */
-static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out,
-                                      uint32_t *fine) {
+/* Those that a step does not do take the next. */
+static softshadow_status answer_steps(scratch *s, const ss_point *points, unsigned step, float *out,
+                                      unsigned taken[SS_LANES]) {
     const exact *e = s->state;
     ss_group *g = s->group;
-    g->lattice = first_samples(s);
-    const bool all = g->lattice == e->samples;
+    for (bool first = true;; first = false) {
+        uint32_t others;
+        s->tried[step]++;
+        const softshadow_status status = answer_drawn(s, points, step, out, &others);
+        if (first) s->last = ss_group_took(g);
+        if (status || !others) return status;
+        s->failed[step]++;
+        g->lattice = e->step[++step];
+        for (uint32_t m = others; m; m &= m - 1) taken[__builtin_ctz(m)] = step;
+        e->kernel->view(g, &e->light, s->views);
+        g->lanes = others;
+        set_depths(s);
+    }
+}
+
+/* The group is enclosed already, by its points as they were given. taken: which step's samples each
+ * of them was answered with. */
+static softshadow_status answer_group(scratch *s, const ss_point *points, unsigned n, float *out,
+                                      unsigned taken[SS_LANES]) {
+    const exact *e = s->state;
+    ss_group *g = s->group;
+    const unsigned first = first_step(s);
+    g->lattice = e->step[first];
     ss_exact_set_up(s, points, n);
     if (e->light.point) g->lanes = 0;
-    *fine = ((1u << n) - 1) & (all ? ~0u : ~g->lanes);
+    for (unsigned i = 0; i < n; i++) taken[i] = g->lanes >> i & 1 ? first : e->usual;
     for (uint32_t m = ((1u << n) - 1) & ~g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
         ss_exact_view(s, lane);
@@ -317,19 +338,9 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
         if (status) return status;
     }
     if (!g->lanes) return SOFTSHADOW_OK;
-    uint32_t others;
     set_depths(s);
     if (s->rays_take && rays_are_faster(s)) return trace_group(s, points, n, out);
-    softshadow_status status = answer_drawn(s, points, out, &others);
-    s->last = ss_group_took(g);
-    if (status || !others) return status;
-    *fine |= others;
-    s->failed++;
-    g->lattice = e->samples;
-    e->kernel->view(g, &e->light, s->views);
-    g->lanes = others;
-    set_depths(s);
-    return answer_drawn(s, points, out, &others);
+    return answer_steps(s, points, first, out, taken);
 }
 
 /* How wrong the answers of some of the group's lanes can be, as their marks say after a draw. */
@@ -389,15 +400,15 @@ static softshadow_status find_bound(scratch *s, const ss_point *point, const ss_
 }
 
 /* For all of a group at once, right after it was answered: each walk serves sixteen points. */
-static softshadow_status find_bounds(scratch *s, const ss_point *points, unsigned n, uint32_t fine,
-                                     float *out) {
+static softshadow_status find_bounds(scratch *s, const ss_point *points, unsigned n,
+                                     const unsigned taken[SS_LANES], float *out) {
     const exact *e = s->state;
-    const uint32_t all = (1u << n) - 1, few = e->few ? all & ~fine : 0;
     softshadow_status status = SOFTSHADOW_OK;
-    for (int i = 0; i < 2 && !status; i++) {
-        const uint32_t lanes = i ? few : all & ~few;
+    for (unsigned step = 0; step < e->steps && !status; step++) {
+        uint32_t lanes = 0;
+        for (unsigned i = 0; i < n; i++) lanes |= (uint32_t)(taken[i] == step) << i;
         if (!lanes) continue;
-        s->group->lattice = i ? e->few : e->samples;
+        s->group->lattice = e->step[step];
         e->kernel->view(s->group, &e->light, s->views);
         status = bound_lanes(s, points, n, lanes, out);
     }
@@ -417,14 +428,12 @@ static softshadow_status answer_run(scratch *s, const ss_point *points, size_t n
         return SOFTSHADOW_OK;
     }
     if (n <= SS_LANES) {
-        const exact *e = s->state;
-        uint32_t fine;
-        softshadow_status status = answer_group(s, points, (unsigned)n, out, &fine);
+        unsigned taken[SS_LANES];
+        softshadow_status status = answer_group(s, points, (unsigned)n, out, taken);
         if (bound && s->together && !status)
-            return find_bounds(s, points, (unsigned)n, fine, bound);
+            return find_bounds(s, points, (unsigned)n, taken, bound);
         for (size_t i = 0; i < n && bound && !status; i++) {
-            const bool few = e->few && !(fine >> i & 1);
-            status = find_bound(s, &points[i], few ? e->few : e->samples, &bound[i]);
+            status = find_bound(s, &points[i], s->state->step[taken[i]], &bound[i]);
         }
         return status;
     }

@@ -62,8 +62,7 @@ static bool mark_tested(const ss_world *world, uint8_t **tested) {
 void ss_exact_destroy(void *state) {
     exact *e = state;
     if (!e) return;
-    ss_lattice_destroy(e->samples);
-    ss_lattice_destroy(e->few);
+    for (unsigned i = 0; i < e->steps; i++) ss_lattice_destroy(e->step[i]);
     ss_outline_destroy(e->outline);
     ss_free(e->tested);
     ss_free(e);
@@ -74,17 +73,37 @@ void ss_exact_destroy(void *state) {
  * 81 of them made it .0020 and took half as long again. */
 #define ROUGH 4.0
 
-/* The samples to try first, and how rough what they show may be. Fewer than fill the smallest grid
- * would cost the same. Holes of textures are finer than any sample. */
-static softshadow_status make_few(exact *e, const ss_stage *stage, const ss_light *shape,
-                                  uint32_t usual) {
+/* After all samples a point with more takes so many times as many. */
+#define MORE 3
+
+static softshadow_status add_step(exact *e, const ss_stage *stage, const ss_light *shape,
+                                  uint32_t samples) {
+    const double root = ROUGH * stage->params->tolerance * samples;
+    e->rough[e->steps] = (uint32_t)fmin(root * root, UINT32_MAX);
+    const softshadow_status status = ss_lattice_create(&e->step[e->steps], shape, samples);
+    if (!status) e->steps++;
+    return status;
+}
+
+/* Fewer samples than fill the smallest grid would cost the same, a third of a grid of two blocks
+ * saves nothing. Holes of textures are finer than any sample. */
+static softshadow_status make_steps(exact *e, const ss_stage *stage, const ss_light *shape,
+                                    uint32_t samples, uint32_t usual) {
     uint32_t few = stage->params->few;
-    if (!few || stage->world->any_opacity) return SOFTSHADOW_OK;
+    const bool steps = few && !stage->world->any_opacity;
     if (few < usual) few = usual;
-    if (few >= e->samples->count || e->samples->blocks == 2) return SOFTSHADOW_OK;
-    const double root = ROUGH * stage->params->tolerance * few;
-    e->rough = (uint32_t)fmin(root * root, UINT32_MAX);
-    return ss_lattice_create(&e->few, shape, few);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (steps && few < samples) status = add_step(e, stage, shape, few);
+    if (!status) status = add_step(e, stage, shape, samples);
+    if (status) return status;
+    e->usual = e->steps - 1;
+    if (e->usual && e->step[e->usual]->blocks == 2) {
+        ss_lattice_destroy(e->step[0]);
+        e->step[0] = e->step[1], e->rough[0] = e->rough[1];
+        e->usual = 0, e->steps = 1;
+    }
+    if (!steps || samples > SS_LATTICE_MOST / MORE) return SOFTSHADOW_OK;
+    return add_step(e, stage, shape, MORE * samples);
 }
 
 static softshadow_status count_culled(exact *e, const ss_stage *stage) {
@@ -123,8 +142,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
         const double more = pow(1.0 / 256 / stage->params->tolerance, 4.0 / 3);
         samples = (uint32_t)fmin(usual * more, SS_LATTICE_MOST);
     }
-    softshadow_status status = ss_lattice_create(&e->samples, &shape, samples);
-    if (!status) status = make_few(e, stage, &shape, usual);
+    softshadow_status status = make_steps(e, stage, &shape, samples, usual);
     if (!status) status = count_culled(e, stage);
     if (!status) {
         double low[3], high[3];
@@ -141,6 +159,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
 
 size_t ss_exact_bytes(const void *state) {
     const exact *e = state;
-    return sizeof *e + ss_lattice_bytes(e->samples) + (e->few ? ss_lattice_bytes(e->few) : 0) +
-           ss_outline_bytes(e->outline);
+    size_t sum = sizeof *e + ss_outline_bytes(e->outline);
+    for (unsigned i = 0; i < e->steps; i++) sum += ss_lattice_bytes(e->step[i]);
+    return sum;
 }

@@ -8,11 +8,16 @@
 #include "technique/technique.h"
 #include "trace/contact.h"
 
+/* How many samples: as many as asked for, and under a tolerance also fewer, which are tried first,
+ * and more, where the light's outline is cut into the most pieces. */
+#define SS_EXACT_STEPS 3
+
 typedef struct exact {
-    ss_lattice *samples;
-    ss_lattice
-        *few; /* tried first, or NULL: they do where little of the light's outline is cut ... */
-    uint32_t rough; /* ... into: up to so many neighbours of which one is seen and the other not */
+    ss_lattice *step[SS_EXACT_STEPS]; /* from few samples to many */
+    /* What a step may leave: neighbours of which one is seen and the other not, which is how far
+     * the outline is cut. Points with more of them take the next step. */
+    uint32_t rough[SS_EXACT_STEPS];
+    unsigned steps, usual;            /* how many there are; the one of the samples asked for */
     ss_outline *outline;
     ss_light light; /* with its axes in summing order */
     uint8_t axis[3];
@@ -44,7 +49,8 @@ typedef struct scratch {
     double size;      /* largest coordinate of the casters as the host gave them, local units */
     uint64_t settled; /* points answered by whole groups */
     uint32_t unlit;   /* groups since the last that was lit, as far as they were looked at */
-    uint32_t tried, failed; /* groups that began with few samples; those of them that needed more */
+    /* Groups of each step, and those of them of which some took the next. */
+    uint32_t tried[SS_EXACT_STEPS], failed[SS_EXACT_STEPS];
     uint32_t last;        /* what the last group took, by ss_group_took(), ... */
     uint32_t rays_take;   /* ... and rays would, each group of points; 0: there are none */
     uint64_t traced, rays;
@@ -52,6 +58,10 @@ typedef struct scratch {
                         light */
     bool may_settle; /* seeing all of the light makes 1, whatever its parts weigh */
 } scratch;
+
+static inline const ss_lattice *ss_exact_usual(const exact *e) { return e->step[e->usual]; }
+/* The most blocks of any step. */
+static inline size_t ss_exact_blocks(const exact *e) { return e->step[e->steps - 1]->blocks; }
 
 /* exact_build.c: the technique's slots. */
 softshadow_status ss_exact_build(const ss_stage *stage, void **state);

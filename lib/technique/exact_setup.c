@@ -37,7 +37,7 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
     for (int k = 0; k < 6; k++) bounds[k] = stage->world->bounds[k];
     *s = (scratch){.stage = stage, .state = e, .arena = arena};
     s->stray = STRAY * stage->params->tolerance;
-    s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && e->samples->total > 0;
+    s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && ss_exact_usual(e)->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);
     s->faces = ss_arena_alloc(arena, SS_CONTACT_CACHE, sizeof *s->faces);
@@ -52,16 +52,16 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
     s->size = host_size(stage->world, bounds, bounds + 3);
     for (int i = 0; i < SS_CONTACT_CACHE; i++) s->faces[i].filled = false;
     memset(s->group, 0, sizeof *s->group);
-    s->group->bvh = stage->bvh, s->group->lattice = e->samples, s->group->tested = e->tested;
+    s->group->bvh = stage->bvh, s->group->lattice = ss_exact_usual(e), s->group->tested = e->tested;
     s->group->outline = e->outline;
     s->group->skip = s->skip, s->group->skip_lanes = s->skip_lanes;
     memcpy(s->group->axis, e->axis, sizeof e->axis);
     s->group->covered =
-        ss_arena_alloc(arena, (size_t)SS_LANES * e->samples->blocks * SS_BLOCK, sizeof(uint32_t));
-    const size_t planes = (size_t)SS_LANES * e->samples->blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
+        ss_arena_alloc(arena, SS_LANES * ss_exact_blocks(e) * SS_BLOCK, sizeof(uint32_t));
+    const size_t planes = SS_LANES * ss_exact_blocks(e) * 2 * SS_GROUP_PLANES * SS_BLOCK;
     s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
     s->together = stage->params->few > 0;
-    const size_t marks = 2 * (size_t)e->samples->blocks * SS_BLOCK;
+    const size_t marks = 2 * ss_exact_blocks(e) * SS_BLOCK;
     s->marks = ss_arena_alloc(arena, s->together ? SS_LANES * marks : marks, sizeof *s->marks);
     s->group->list = ss_arena_alloc(arena, SS_GROUP_LIST + 1, sizeof *s->group->list);
     s->group->keys = ss_arena_alloc(arena, SS_GROUP_SLOTS, sizeof *s->group->keys);
