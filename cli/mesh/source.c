@@ -107,9 +107,12 @@ bool cli_source_text(const cli_source *source, size_t offset, const char *face_b
     return check_lines(source, begin, face_begins, error);
 }
 
+/* What a file says about itself may be any bytes; only its own name is the user's. */
 static bool fail_at(const char *place, cli_error *error, const char *format, va_list arguments) {
     char text[400];
     vsnprintf(text, sizeof text, format, arguments);
+    for (char *c = text; *c; c++)
+        if ((unsigned char) *c > 0x7e) *c = '?';
     return cli_fail(error, CLI_FAILED, "%s: %s", place, text);
 }
 

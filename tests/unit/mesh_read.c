@@ -161,6 +161,10 @@ static const struct bad {
      ":5:14: 'x' is a property of this element twice"},
     {"again.ply", PLY_HEAD "element vertex 3\nelement vertex 3\n",
      ":4:9: 'vertex' is announced twice"},
+    {"name.ply",
+     PLY_HEAD "element fa\xff\x1a 99\nproperty int t\nelement vertex 4\n" PLY_XYZ
+              "element face 1\n" PLY_FACES PLY_POINTS,
+     ":3:9: 99 records fa?? are announced"},
     {"version.ply", "ply\nformat ascii 2.0\n", ":2:14: '2.0' is no version; 1.0 is"},
     {"late.ply", "ply\nelement vertex 3\n", ":2:1: 'element' stands where 'format' must"},
     {"nox.ply", PLY_HEAD "element vertex 1\nproperty float y\nelement face 1\n" PLY_FACES,
