@@ -106,8 +106,7 @@ static inline pair edge_pair(const edge *e, unsigned lane, vf y, uint32_t word) 
     return p;
 }
 
-/* ---- clipping
- * ----------------------------------------------------------------------------------*/
+/* ---- clipping ------------------------------------------------------------------------------- */
 
 typedef struct segment {
     place a, b;

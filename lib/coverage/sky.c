@@ -102,8 +102,16 @@ static bool place_frame(ss_sky_frame *f, const ss_light *light, const double low
     return f->sun || f->least * NEAREST > f->distance;
 }
 
-/* How far from the middle of the plane the box reaches, and the rectangle it is in; lines are seen as
- * arcs that a caster's edge may bulge out to, a sixteenth of a length squared. */
+/* Lines are seen as arcs, which bulge out of the rectangle of their ends by less than a twelfth of its
+ * diagonal squared. Gives by how much it grew. */
+static double widen(const ss_sky_frame *f, double rect[4]) {
+    const double longest = hypot(rect[2] - rect[0], rect[3] - rect[1]);
+    const double bulge = (f->sun ? 0 : longest * longest / f->distance / 12) + ROOM;
+    for (int k = 0; k < 2; k++) rect[k] -= bulge, rect[2 + k] += bulge;
+    return bulge;
+}
+
+/* How far from the middle of the plane the box reaches, and the rectangle it is in. */
 static double enclose(const ss_sky_frame *f, const double low[3], const double high[3],
                       double rect[4]) {
     double around = 0;
@@ -119,10 +127,7 @@ static double enclose(const ss_sky_frame *f, const double low[3], const double h
             rect[k] = ss_min(on[k], rect[k]), rect[2 + k] = ss_max(on[k], rect[2 + k]);
         }
     }
-    const double longest = hypot(rect[2] - rect[0], rect[3] - rect[1]);
-    const double bulge = (f->sun ? 0 : longest * longest / f->distance / 12) + ROOM;
-    for (int k = 0; k < 2; k++) rect[k] -= bulge, rect[2 + k] += bulge;
-    return around + bulge;
+    return around + widen(f, rect);
 }
 
 static double width_within(const ss_sky_frame *f, const ss_light *light, double radius) {
@@ -267,9 +272,7 @@ static void make_face(const ss_sky_frame *f, const double world[3][3], shape *ou
             low[k] = ss_min(world[i][k], low[k]), high[k] = ss_max(world[i][k], high[k]);
         }
     }
-    const double long_ = hypot(out->rect[2] - out->rect[0], out->rect[3] - out->rect[1]);
-    const double bulge = (f->sun ? 0 : long_ * long_ / f->distance / 12) + ROOM;
-    for (int k = 0; k < 2; k++) out->rect[k] -= bulge, out->rect[2 + k] += bulge;
+    widen(f, out->rect);
     out->most = f->sun ? -nearest : box_nearness(f, low, high);
     set_edges(f, (const double(*)[3])corner, out);
     set_plane(f, (const double(*)[3])corner, out);
@@ -320,24 +323,19 @@ static void draw_triangle(const canvas *c, uint32_t triangle) {
     else fill_face(c, &face, &s);
 }
 
-static bool box_is_under(const ss_sky *floor, const double low[3], const double high[3]) {
-    double most = -floor->offset;
+/* Of a box's lowest corner over the face; of the highest with high and low exchanged. */
+static double height_of(const ss_sky *floor, const double low[3], const double high[3]) {
+    double height = -floor->offset;
     for (int k = 0; k < 3; k++) {
-        most += floor->normal[k] * (floor->normal[k] > 0 ? high[k] : low[k]);
+        height += floor->normal[k] * (floor->normal[k] > 0 ? low[k] : high[k]);
     }
-    return most < -ROOM;
+    return height;
 }
 
 /* A box that is small whole, unless its casters may be under the face. */
 static bool draw_box(const canvas *c, const double low[3], const double high[3]) {
     double rect[4];
-    if (c->floor) {
-        double least = -c->floor->offset;
-        for (int k = 0; k < 3; k++) {
-            least += c->floor->normal[k] * (c->floor->normal[k] > 0 ? low[k] : high[k]);
-        }
-        if (least < ROOM) return false;
-    }
+    if (c->floor && height_of(c->floor, low, high) < ROOM) return false;
     enclose(c->f, low, high, rect);
     const span s = span_of(c->f, rect);
     if (!is_small(&s, SMALL)) return false;
@@ -354,7 +352,8 @@ static void draw_casters(const canvas *c) {
         for (uint32_t i = 0; i < node->count; i++) {
             double low[3], high[3];
             for (int k = 0; k < 3; k++) low[k] = node->low[k][i], high[k] = node->high[k][i];
-            if (c->floor && box_is_under(c->floor, low, high)) continue;
+            /* all of it under the face */
+            if (c->floor && height_of(c->floor, high, low) < -ROOM) continue;
             if (draw_box(c, low, high)) continue;
             if (!(node->child[i] & SS_BVH_LEAF)) {
                 stack[depth++] = node->child[i];

@@ -53,6 +53,10 @@ void ss_scratch_free(softshadow *handle) {
 
 /* ---- one point ------------------------------------------------------------------------------ */
 
+static double ulp_of(const softshadow_points *points) {
+    return points->position_type == SOFTSHADOW_F64 ? 0x1p-52 : 0x1p-23;
+}
+
 static void read_position(const softshadow_points *points, size_t i, double host[3]) {
     const char *at = (const char *)points->positions + i * points->position_stride;
     if (points->position_type == SOFTSHADOW_F64) {
@@ -101,7 +105,7 @@ bool ss_engine_point(const ss_stage *stage, const softshadow_points *points, siz
     for (int k = 0; k < 3 && stage->params->bounded; k++) {
         if (out->p[k] < bounds[k] || out->p[k] > bounds[3 + k]) return false;
     }
-    out->ulp = points->position_type == SOFTSHADOW_F64 ? 0x1p-52f : 0x1p-23f;
+    out->ulp = (float)ulp_of(points);
     out->triangle = SS_NO_TRIANGLE;
     out->place = (uint32_t)i;
     return read_normal(points, i, out->normal);
@@ -250,10 +254,6 @@ static void add_counts(batch *b, const ss_counts *counts) {
 /* ---- lit points first ----------------------------------------------------------------------- */
 
 #define LOOK ((size_t)4096) /* points that are looked at in one go */
-
-static double ulp_of(const softshadow_points *points) {
-    return points->position_type == SOFTSHADOW_F64 ? 0x1p-52 : 0x1p-23;
-}
 
 static ss_sky_ask *const ask_sky[] = SS_RUNGS(ss_sky_ask);
 

@@ -28,15 +28,18 @@ class Unusable(Exception):
     pass
 
 
-def read(path):
-    """{key: row}"""
+def rows_of(path):
     try:
         with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
+            return list(csv.DictReader(file))
     except OSError as error:
         raise Unusable("%s: %s" % (path, error.strerror))
+
+
+def read(path):
+    """{key: row}"""
     out = {}
-    for number, row in enumerate(rows, 2):
+    for number, row in enumerate(rows_of(path), 2):
         if None in row or any(row.get(name) in (None, "") for name in KEY + ("ratio",) + tuple(DIGIT)):
             raise Unusable("%s: line %d is no row of softshadow bench --peer --csv" % (path, number))
         key = tuple(row[name] for name in KEY)

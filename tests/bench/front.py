@@ -19,6 +19,8 @@ import subprocess
 import sys
 import tempfile
 
+from check import Unusable, rows_of
+
 MUST = 1 / 64  # FRONT_ERROR of cli/bench/matrix.h
 NOISE = 1.1    # FRONT_NOISE
 TRIES = 3
@@ -30,16 +32,8 @@ NEEDED = ("scene", "light", "points", "method", "setting", "unit", "backend", "n
           "sweep", "triangles", "penumbra", "cpu", "threads")
 
 
-class Unusable(Exception):
-    pass
-
-
 def read(path):
-    try:
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        raise Unusable("%s: %s" % (path, error.strerror))
+    rows = rows_of(path)
     for number, row in enumerate(rows, 2):
         missing = [name for name in NEEDED if row.get(name) is None]
         if None in row or missing:

@@ -1,5 +1,5 @@
 /* The CPU backend: corners are projected once, triangles sorted into bands of rows, bands drawn by any
- * thread. A band is drawn in the triangles' order, so the result does not depend on the threads. */
+ * thread. The nearest depth stays, in whatever order a band is drawn; that depends on no thread. */
 #include <math.h>
 
 #include "base/lanes.h"
