@@ -51,6 +51,7 @@ typedef struct ss_group {
     float t_near[SS_LANES], t_far[SS_LANES]; /* casters count between them */
     uint32_t lanes;                          /* a bit for every lane that is asked */
     uint8_t axis[3];          /* the order in which axes are summed: see ss_axis_order() */
+    _Alignas(64) float apart[3][SS_LANES]; /* points, in the world's axes, from `middle` on */
     ss_shaft shaft;           /* around all lanes asked */
     float middle[3], half[3]; /* a box around them, with room for rounding */
     float light_middle[3], light_half[3]; /* around the light; sun: around the directions to it, */

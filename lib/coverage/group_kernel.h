@@ -150,7 +150,8 @@ static inline void visit_leaf(walk *w, uint32_t index, bool merge, uint32_t here
     vm in = m_andnot(m_from((1u << leaf->count) - 1), out_of_slab(g->slab, &d));
     in = m_and(in, triangles_in_shaft(&g->shaft, leaf, &b));
     if (!m_bits(in)) return;
-    const sides s = triangle_sides(g, leaf, outline->leaf_drop[index]);
+    planes p;
+    const sides s = triangle_sides(g, leaf, outline->leaf_drop[index], &p);
     const uint32_t rest = m_bits(m_andnot(in, s.hidden));
     if (!rest) return;
     uint32_t joint = 0;
@@ -158,8 +159,11 @@ static inline void visit_leaf(walk *w, uint32_t index, bool merge, uint32_t here
     const uint32_t back = m_bits(s.back);
     if (joint & ~back) leaf_uses(w, outline->leaf_uses[index], joint & ~back, 0);
     if (joint & back) leaf_uses(w, outline->leaf_uses[index], joint & back, 1);
-    for (uint32_t m = rest & ~joint; m; m &= m - 1)
-        single(w, leaf, (unsigned)__builtin_ctz(m), here);
+    for (uint32_t m = rest & ~joint; m; m &= m - 1) {
+        const unsigned slot = (unsigned)__builtin_ctz(m);
+        const uint32_t lanes = g->marks ? here : here & ~idle_lanes(g, &p, slot);
+        if (lanes) single(w, leaf, slot, lanes);
+    }
     if (w->work > OFTEN) close_lanes(w);
 }
 
@@ -391,7 +395,7 @@ static void survey_group(ss_group *g) {
             vm left =
                 m_and(m_from((1u << leaf->count) - 1), triangles_in_shaft(&g->shaft, leaf, &c));
             if (!m_bits(left)) continue;
-            left = m_andnot(left, triangle_sides(g, leaf, g->outline->leaf_drop[l]).hidden);
+            left = m_andnot(left, triangle_sides(g, leaf, g->outline->leaf_drop[l], NULL).hidden);
             for (uint32_t t = m_bits(left); t; t &= t - 1)
                 list_triangle(g, leaf->triangle[__builtin_ctz(t)]);
         }

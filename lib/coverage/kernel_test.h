@@ -157,8 +157,26 @@ static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
     return s;
 }
 
+/* The planes of a leaf's faces: what is at `middle` + x is n . x + at before one, but for slack; and the
+ * slots that are in nobody's way for points that see their front, or back. */
+typedef struct planes {
+    _Alignas(64) float n[3][SS_BVH_WIDTH], at[SS_BVH_WIDTH], slack[SS_BVH_WIDTH];
+    uint32_t front, back;
+} planes;
+
+/* Lanes to which the face shows for sure a side that hides nothing from them. */
+static inline uint32_t idle_lanes(const ss_group *g, const planes *p, unsigned slot) {
+    vf at = f_set(p->at[slot]);
+    for (int k = 0; k < 3; k++) at = f_fma(f_set(p->n[k][slot]), f_load(g->apart[k]), at);
+    const vf slack = f_set(p->slack[slot]);
+    uint32_t idle = 0;
+    if (p->front >> slot & 1) idle |= m_bits(f_lt(slack, at));
+    if (p->back >> slot & 1) idle |= m_bits(f_lt(f_add(at, slack), f_set(0)));
+    return idle;
+}
+
 static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
-                                   const uint16_t drop[2]) {
+                                   const uint16_t drop[2], planes *out) {
     vf e[3], f[3], n[3], from[3];
     for (int k = 0; k < 3; k++) {
         from[k] = f_load(leaf->corner[0][k]);
@@ -166,7 +184,7 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
         f[k] = f_sub(f_load(leaf->corner[2][k]), from[k]);
     }
     vf at = f_set(0), slack = f_set(0), light = f_set(0), light_slack = f_set(0), size = f_set(0),
-       longest = f_set(0);
+       longest = f_set(0), room = f_set(0);
     for (int k = 0; k < 3; k++) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
         n[k] = f_sub(f_mul(e[i], f[j]), f_mul(e[j], f[i]));
@@ -174,7 +192,8 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
         const vf l = f_fnma(from[k], f_set(g->light_finite), f_set(g->light_middle[k]));
         const vf a = f_abs(n[k]);
         at = f_fma(n[k], w, at), light = f_fma(n[k], l, light);
-        slack = f_fma(a, f_set(g->half[k] + SS_SIDE_ERROR), slack);
+        slack = f_fma(a, f_set(SS_SIDE_ERROR), slack);
+        room = f_fma(a, f_set(g->half[k]), room);
         light_slack = f_fma(a, f_set(g->light_half[k] + SS_SIDE_ERROR), light_slack);
         size = f_add(size, a);
         longest = f_max(longest, f_max(f_abs(e[k]), f_abs(f[k])));
@@ -185,17 +204,24 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
         w_size = f_max(w_size, f_abs(f_sub(f_set(g->middle[k]), from[k])));
         l_size = f_max(l_size, f_abs(f_set(g->light_middle[k])));
     }
-    slack = f_fma(f_mul(size, w_size), reach, slack);
+    slack = f_fma(f_mul(size, w_size), reach, f_fma(room, reach, slack));
+    room = f_add(room, slack);
     light_slack = f_fma(f_mul(size, f_add(l_size, f_set(1))), reach, light_slack);
     /* Thinner than rounding: see ss_outline_build(). */
     const vm solid = f_lt(f_mul(longest, f_set(4 * SS_SIDE_ERROR)), size);
     const vm light_front = f_lt(light_slack, light),
              light_back = f_lt(f_add(light, light_slack), f_set(0));
     sides s;
-    s.front = m_and(solid, f_lt(slack, at));
-    s.back = m_and(solid, f_lt(f_add(at, slack), f_set(0)));
-    s.hidden = m_or(m_and(s.front, m_or(light_front, m_from(drop[0]))),
-                    m_and(s.back, m_or(light_back, m_from(drop[1]))));
+    s.front = m_and(solid, f_lt(room, at));
+    s.back = m_and(solid, f_lt(f_add(at, room), f_set(0)));
+    const vm front_idle = m_or(light_front, m_from(drop[0])),
+             back_idle = m_or(light_back, m_from(drop[1]));
+    s.hidden = m_or(m_and(s.front, front_idle), m_and(s.back, back_idle));
+    if (!out) return s;
+    for (int k = 0; k < 3; k++) f_store(out->n[k], n[k]);
+    f_store(out->at, at);
+    f_store(out->slack, slack);
+    out->front = m_bits(m_and(solid, front_idle)), out->back = m_bits(m_and(solid, back_idle));
     return s;
 }
 

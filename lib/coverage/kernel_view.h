@@ -96,6 +96,9 @@ static inline uint32_t set_maps(ss_group *g, const ss_group_views *v) {
         g->t_far[i] = (float)(end - SS_FLOAT_REACH * (reach + fabs((double)g->shift[2][i])));
         spare[i] = COARSE * (end < 1 ? end : 1) - near;
     }
+    for (int k = 0; k < 3; k++) {
+        EACH_LANE g->apart[k][i] = (float)(v->at[k][i] - (double)g->middle[k]);
+    }
     uint32_t lanes = 0;
     for (int i = 0; i < SS_LANES; i++) lanes |= (uint32_t)(spare[i] > 0) << i;
     return lanes;
