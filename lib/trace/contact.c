@@ -241,18 +241,22 @@ static uint16_t near_face(const ss_contact_face *face, const ss_contact_crowd *c
     const double *n = face->normal, *x = crowd->at[0], *y = crowd->at[1], *z = crowd->at[2];
     const double place = ss_dot(n, face->corner[0]);
     const double reach = face->sound ? radius * 1.0001 : INFINITY;
-    double low[3], high[3];
-    uint64_t in[SS_CROWD];
+    double low[3], high[3], away[SS_CROWD];
+    uint64_t in[SS_CROWD], any = 0;
     uint32_t out = 0;
+    for (int i = 0; i < SS_CROWD; i++) {
+        away[i] = fabs(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] - place);
+        any |= (uint64_t)(away[i] <= reach);
+    }
+    if (!any) return 0; /* most: a group's box on a slanted surface holds many faces of it */
     for (int k = 0; k < 3; k++) {
         low[k] = face->low[k], high[k] = face->high[k];
     }
     for (int i = 0; i < SS_CROWD; i++) {
-        const double away = fabs(n[0] * x[i] + n[1] * y[i] + n[2] * z[i] - place);
         in[i] = (uint64_t)((low[0] - x[i] <= radius) & (x[i] - high[0] <= radius) &
                            (low[1] - y[i] <= radius) & (y[i] - high[1] <= radius) &
                            (low[2] - z[i] <= radius) & (z[i] - high[2] <= radius) &
-                           (away <= reach));
+                           (away[i] <= reach));
     }
     for (int i = 0; i < SS_CROWD; i++) out |= (uint32_t)in[i] << i;
     return (uint16_t)out;
