@@ -31,6 +31,8 @@ typedef int32_t ss_eight_ints __attribute__((vector_size(32)));
 
 /* In memory, anywhere: a memcpy of more than sixteen bytes goes through the stack in two halves. */
 typedef float ss_wide_there __attribute__((vector_size(16 * SS_FOURS), aligned(4), may_alias));
+typedef int32_t ss_wide_ints_there
+    __attribute__((vector_size(16 * SS_FOURS), aligned(4), may_alias));
 typedef double ss_doubles_there __attribute__((vector_size(8 * SS_DOUBLES), aligned(8), may_alias));
 typedef float ss_eight_there __attribute__((vector_size(32), aligned(4), may_alias));
 typedef int32_t ss_eight_ints_there __attribute__((vector_size(32), aligned(4), may_alias));
@@ -41,6 +43,31 @@ typedef int32_t ss_eight_ints_there __attribute__((vector_size(32), aligned(4), 
 /* yes where the mask is all ones, no where it is zero. */
 #define SS_WIDE_PICK(mask, yes, no)                                                                \
     ((ss_wide)(((mask) & (ss_wide_ints)(yes)) | (~(mask) & (ss_wide_ints)(no))))
+
+/* What a comparison says of each lane, where that need not be a vector: a | b, a & b, ~a. */
+#if SS_FOURS == 4
+typedef __mmask16 ss_wide_mask;
+#define SS_WIDE_IS_LESS(a, b)   _mm512_cmp_ps_mask((__m512)(a), (__m512)(b), _CMP_LT_OQ)
+#define SS_WIDE_CHOOSE(mask, yes, no)                                                              \
+    ((ss_wide)_mm512_mask_blend_ps((__mmask16)(mask), (__m512)(no), (__m512)(yes)))
+#else
+typedef ss_wide_ints ss_wide_mask;
+#define SS_WIDE_IS_LESS(a, b)         ((a) < (b))
+#define SS_WIDE_CHOOSE(mask, yes, no) SS_WIDE_PICK(mask, yes, no)
+#endif
+#define SS_WIDE_NONE ((ss_wide_mask){0})
+
+/* a where it is the less (more), b where it is not or one is NaN. */
+#if SS_FOURS == 4
+#define SS_WIDE_LESS(a, b) ((ss_wide)_mm512_min_ps((__m512)(a), (__m512)(b)))
+#define SS_WIDE_MORE(a, b) ((ss_wide)_mm512_max_ps((__m512)(a), (__m512)(b)))
+#elif SS_FOURS == 2
+#define SS_WIDE_LESS(a, b) ((ss_wide)_mm256_min_ps((__m256)(a), (__m256)(b)))
+#define SS_WIDE_MORE(a, b) ((ss_wide)_mm256_max_ps((__m256)(a), (__m256)(b)))
+#else
+#define SS_WIDE_LESS(a, b) ss_floats_less(a, b)
+#define SS_WIDE_MORE(a, b) ss_floats_more(a, b)
+#endif
 
 /* Of fours, the first lowest. */
 static inline void ss_wide_make(const ss_floats four[SS_FOURS], ss_wide *out) {
@@ -79,6 +106,15 @@ static inline uint32_t ss_wide_bits(const ss_wide_ints *mask) {
     return (uint32_t)_mm256_movemask_ps((__m256)*mask);
 #else
     return (uint32_t)ss_floats_bits(*mask);
+#endif
+}
+
+/* In any lane? */
+static inline int ss_wide_any(ss_wide_mask mask) {
+#if SS_FOURS == 4
+    return mask != 0;
+#else
+    return ss_wide_bits(&mask) != 0;
 #endif
 }
 

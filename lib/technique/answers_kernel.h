@@ -28,18 +28,12 @@ void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size
         memcpy(out + i, &lit, (n - i < 8 ? n - i : 8) * sizeof *out);
     }
 }
-/* The sum over the four texels, pairs first. */
-static inline ss_floats sum_of(const ss_floats part[4]) {
-    return (part[0] + part[1]) + (part[2] + part[3]);
-}
-
 /* Coordinates, as many as a block may have, to shares; 0 and 1 stay what they are. See falloff.h. */
 static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n, float *out) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
     for (size_t i = 0; i < n; i += SS_LANES) {
         ss_wide low, high, x = *(const ss_wide_there *)(linear + i);
-        x = SS_WIDE_PICK(x > zero, x, zero);
-        x = SS_WIDE_PICK(x < one, x, one) * SS_FALLOFF_STEPS;
+        x = SS_WIDE_MORE(x, zero), x = SS_WIDE_LESS(x, one) * SS_FALLOFF_STEPS;
         const ss_wide_ints at = __builtin_convertvector(x, ss_wide_ints);
         ss_wide_gather(falloff->value, &at, &low);
         ss_wide_gather(falloff->value + 1, &at, &high);
@@ -49,172 +43,143 @@ static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n,
     memcpy(out, linear, n * sizeof *out);
 }
 
-/* A bit for each point where it is so in some texel, or in all: of sixteen bits as lanes are. */
-static inline uint32_t in_some(uint32_t bits) {
-    bits |= bits >> 8;
-    return (bits | bits >> 4) & 15;
-}
-
-static inline uint32_t in_all(uint32_t bits) {
-    bits &= bits >> 8;
-    return bits & bits >> 4 & 15;
-}
-
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */
 
-/* The outer coordinates of texels for receivers at h, by their weights. */
-static inline void outer_share(const ss_wide channel[4], ss_wide *weight, const ss_wide *h) {
+/* The outer coordinate of one texel for receivers at h, times its weight. What is before them: *some is
+ * set where anything is, *all cleared where they are not in the hard shadow. */
+static inline ss_wide outer_share(const ss_wide channel[4], ss_wide weight, ss_wide h,
+                                  ss_wide_mask *some, ss_wide_mask *all) {
     const ss_wide vertex = channel[SS_OUTER_VERTEX], one = SS_WIDE_ALL(1.f),
                   zero = SS_WIDE_ALL(0.f);
-    const ss_wide gap = *h - vertex, part = channel[SS_OUTER_RISE] / gap;
-    const ss_wide size = (ss_wide)((ss_wide_ints)*h & INT32_MAX);
-    const ss_wide_ints soft = (gap > SS_MAP_ALIKE * size) & (part < one),
-                       dark = channel[SS_OUTER_DEPTH] < *h;
-    const ss_wide share = SS_WIDE_PICK(soft, part, one);
-    *weight *= SS_WIDE_PICK(dark, zero, share);
+    const ss_wide gap = h - vertex, part = channel[SS_OUTER_RISE] / gap;
+    const ss_wide size = (ss_wide)((ss_wide_ints)h & INT32_MAX);
+    const ss_wide_mask soft =
+        SS_WIDE_IS_LESS(SS_MAP_ALIKE * size, gap) & SS_WIDE_IS_LESS(part, one);
+    const ss_wide_mask dark = SS_WIDE_IS_LESS(channel[SS_OUTER_DEPTH], h);
+    *some |= dark | SS_WIDE_IS_LESS(vertex, h), *all &= dark;
+    return weight * SS_WIDE_CHOOSE(dark, zero, SS_WIDE_CHOOSE(soft, part, one));
 }
 
-/* The points that have something before them in some of their texels; in all. */
-static inline void outer_hidden(ss_wide channel[SS_PARTS][4], const ss_wide *h, uint32_t *some,
-                                uint32_t *all) {
-    uint32_t either = 0, both = 0;
-    for (int k = 0; k < SS_PARTS; k++) {
-        const ss_wide_ints dark = channel[k][SS_OUTER_DEPTH] < *h;
-        const ss_wide_ints any = dark | (channel[k][SS_OUTER_VERTEX] < *h);
-        either |= ss_wide_bits(&any) << SS_LANES * k, both |= ss_wide_bits(&dark) << SS_LANES * k;
-    }
-    *some = in_some(either), *all = in_all(both);
+static inline ss_wide outer_of(const ss_light_maps *maps, const ss_cells *cells,
+                               const size_t step[4], ss_wide h) {
+    ss_wide channel[4], weight[4], part[4];
+    ss_wide_mask some = SS_WIDE_NONE, all = ~some;
+    ss_cells_weights(cells, weight);
+    ss_cells_load(maps, cells, step[0], channel);
+    part[0] = outer_share(channel, weight[0], h, &some, &all);
+    ss_cells_load(maps, cells, step[1], channel);
+    part[1] = outer_share(channel, weight[1], h, &some, &all);
+    ss_cells_load(maps, cells, step[2], channel);
+    part[2] = outer_share(channel, weight[2], h, &some, &all);
+    ss_cells_load(maps, cells, step[3], channel);
+    part[3] = outer_share(channel, weight[3], h, &some, &all);
+    /* four that say the same are that, whatever their weights sum up to */
+    const ss_wide sum = (part[0] + part[1]) + (part[2] + part[3]);
+    const ss_wide mixed = SS_WIDE_CHOOSE(all, SS_WIDE_ALL(0.f), sum);
+    return SS_WIDE_CHOOSE(some, mixed, SS_WIDE_ALL(1.f));
 }
 
 void RUNG(ss_answer_outer)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    ss_cells all_cells[SS_LOOKS / 4];
+    ss_cells ring[SS_CELLS];
     float linear[SS_LOOKS];
-    ss_cells_find_all(all_cells, maps, looks, n);
-    for (size_t i = 0; i < n; i += 4) {
-        const ss_cells *cells = &all_cells[i / 4];
-        ss_wide channel[SS_PARTS][4], h;
-        uint32_t some, all;
-        ss_wide_repeat(ss_floats_load(looks->h + i), &h);
-        for (int k = 0; k < SS_PARTS; k++) ss_cells_load(cells, k, channel[k]);
-        outer_hidden(channel, &h, &some, &all);
-        /* four that say the same are that, whatever their weights sum up to */
-        ss_floats l = ss_floats_pick(ss_floats_mask(some), ss_floats_all(0), ss_floats_all(1));
-        if (some & ~all) {
-            ss_floats part[4];
-            for (int k = 0; k < SS_PARTS; k++) {
-                ss_wide weight;
-                ss_cells_weights(cells, k, &weight);
-                outer_share(channel[k], &weight, &h);
-                ss_wide_split(&weight, part + SS_FOURS * k);
-            }
-            l = ss_floats_pick(ss_floats_mask(some & ~all), sum_of(part), l);
-        }
-        ss_floats_store(linear + i, l);
+    size_t step[4];
+    ss_cells_steps(maps, step);
+    for (size_t i = 0; i < SS_CELLS_AHEAD; i += SS_LANES) ss_cells_fetch(ring, maps, looks, i, n);
+    for (size_t i = 0; i < n; i += SS_LANES) {
+        const ss_cells cells = ring[i / SS_LANES % SS_CELLS];
+        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
+        *(ss_wide_there *)(linear + i) =
+            outer_of(maps, &cells, step, *(const ss_wide_there *)(looks->h + i));
     }
     shares_of(&maps->falloff, linear, n, out);
 }
 
 /* ---- penumbra-limit -------------------------------------------------------------------------- */
 
-/* Equation 2 for four points. A gap that rounding could have made is none: the sign of q alone
- * decides. */
-static inline ss_floats equation_2(const ss_floats t[4], ss_floats z) {
-    const ss_floats one = ss_floats_all(1), zero = ss_floats_all(0), half = ss_floats_all(.5f);
-    const ss_floats gap = ss_floats_more(z - t[LIMIT_C], SS_MAP_ALIKE * ss_floats_size(z));
-    const ss_floats l = half + half * t[LIMIT_Q] / gap;
-    const ss_ints dark = (ss_ints)(z < t[LIMIT_C]) | (ss_ints)(z > t[LIMIT_B]);
-    const ss_floats soft = ss_floats_pick(dark, zero, ss_floats_less(ss_floats_more(l, zero), one));
-    return ss_floats_pick((ss_ints)(z < t[LIMIT_G]), one, soft);
-}
-
-/* Of texels of one occluder: what is between them. */
-static inline ss_floats between(ss_wide channel[SS_PARTS][4], const ss_wide weight[SS_PARTS],
-                                ss_floats z) {
-    ss_floats t[4];
-    for (int c = 0; c < 4; c++) {
-        ss_floats part[4];
-        for (int k = 0; k < SS_PARTS; k++) {
-            const ss_wide share = weight[k] * channel[k][c];
-            ss_wide_split(&share, part + SS_FOURS * k);
-        }
-        t[c] = part[0] + part[1] + part[2] + part[3];
-    }
-    return equation_2(t, z);
-}
-
-/* Each alone; where there is no penumbra, or under the paper's way, the hard shadow of each, g and b
- * brought together at the surface that is on top. */
-static inline void alone(const ss_wide channel[4], ss_wide *weight, const ss_wide *z, bool paper) {
-    const ss_wide c = channel[LIMIT_C], g = channel[LIMIT_G], b = channel[LIMIT_B],
-                  q = channel[LIMIT_Q];
+/* Equation 2. A gap that rounding could have made is none: the sign of q alone decides. */
+static inline __attribute__((always_inline)) ss_wide equation_2(const ss_wide t[4], ss_wide z) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f), half = SS_WIDE_ALL(.5f);
-    const ss_wide least = SS_MAP_ALIKE * (ss_wide)((ss_wide_ints)*z & INT32_MAX), gap = *z - c;
-    const ss_wide_ints above = *z < g, below = *z > b, none = c == SS_MAP_FAR;
-    ss_wide l = half + half * q / SS_WIDE_PICK(gap > least, gap, least);
-    l = SS_WIDE_PICK(l > zero, l, zero);
-    l = SS_WIDE_PICK(l < one, l, one);
-    const ss_wide soft = SS_WIDE_PICK((*z < c) | below, zero, l);
-    const ss_wide_ints past = ~none & (q > zero), lit = (past & ~below) | (~past & above);
-    const ss_wide_ints is_hard = paper ? ~(none & ~none) : none;
-    const ss_wide hard = SS_WIDE_PICK(lit, one, zero), own = SS_WIDE_PICK(above, one, soft);
-    *weight *= SS_WIDE_PICK(is_hard, hard, own);
+    const ss_wide least = SS_MAP_ALIKE * (ss_wide)((ss_wide_ints)z & INT32_MAX);
+    const ss_wide gap = SS_WIDE_MORE(z - t[LIMIT_C], least);
+    const ss_wide l = half + half * t[LIMIT_Q] / gap, kept = SS_WIDE_MORE(l, zero);
+    const ss_wide_mask dark = SS_WIDE_IS_LESS(z, t[LIMIT_C]) | SS_WIDE_IS_LESS(t[LIMIT_B], z);
+    const ss_wide soft = SS_WIDE_CHOOSE(dark, zero, SS_WIDE_LESS(kept, one));
+    return SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(z, t[LIMIT_G]), one, soft);
 }
 
-static inline ss_floats each(ss_wide channel[SS_PARTS][4], const ss_wide weight[SS_PARTS],
-                             const ss_wide *z, bool paper) {
-    ss_floats part[4];
-    for (int k = 0; k < SS_PARTS; k++) {
-        ss_wide share = weight[k];
-        alone(channel[k], &share, z, paper);
-        ss_wide_split(&share, part + SS_FOURS * k);
+/* A texel alone; where there is no penumbra, or under the paper's way, its hard shadow, g and b brought
+ * together at the surface that is on top. */
+static inline ss_wide alone(const ss_wide t[4], ss_wide z, bool paper) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
+    const ss_wide_mask above = SS_WIDE_IS_LESS(z, t[LIMIT_G]),
+                       below = SS_WIDE_IS_LESS(t[LIMIT_B], z),
+                       some = SS_WIDE_IS_LESS(t[LIMIT_C], SS_WIDE_ALL(SS_MAP_FAR)),
+                       past = some & SS_WIDE_IS_LESS(zero, t[LIMIT_Q]);
+    const ss_wide hard = SS_WIDE_CHOOSE((past & ~below) | (~past & above), one, zero);
+    if (paper) return hard;
+    return SS_WIDE_CHOOSE(some, equation_2(t, z), hard);
+}
+
+/* What is between the four. */
+static inline __attribute__((always_inline)) ss_wide between(ss_wide t[4][4],
+                                                             const ss_wide weight[4], ss_wide z) {
+    ss_wide sum[4];
+    for (int c = 0; c < 4; c++) {
+        sum[c] = weight[0] * t[0][c] + weight[1] * t[1][c];
+        sum[c] = sum[c] + weight[2] * t[2][c] + weight[3] * t[3][c];
     }
-    return sum_of(part);
+    return equation_2(sum, z);
 }
 
-/* The points whose four are of one occluder. */
-static inline ss_ints alike(ss_wide channel[SS_PARTS][4], ss_floats same) {
-    ss_floats c[4];
-    for (int k = 0; k < SS_PARTS; k++) ss_wide_split(&channel[k][LIMIT_C], c + SS_FOURS * k);
-    const ss_floats most = ss_floats_more(ss_floats_more(c[0], c[1]), ss_floats_more(c[2], c[3]));
-    const ss_floats least = ss_floats_less(ss_floats_less(c[0], c[1]), ss_floats_less(c[2], c[3]));
-    return (ss_ints)(most - least <= same) & (ss_ints)(c[0] < SS_MAP_FAR);
-}
-
-/* The points that are above whatever there is, also between the four. */
-static inline uint32_t above_all(ss_wide channel[SS_PARTS][4], const ss_wide *z) {
-    uint32_t bits = 0;
-    for (int k = 0; k < SS_PARTS; k++) {
-        const ss_wide_ints above = *z < channel[k][LIMIT_G];
-        bits |= ss_wide_bits(&above) << SS_LANES * k;
+/* Most registers' points are all above whatever there is, also between the four, or all below one
+ * occluder: what they do not need is not done. */
+static inline __attribute__((always_inline)) ss_wide limit_of(const ss_limit_state *state,
+                                                              const ss_cells *cells,
+                                                              const size_t step[4], ss_wide z,
+                                                              ss_wide same) {
+    ss_wide t[4][4], weight[4], l = SS_WIDE_ALL(1.f);
+    ss_cells_load(&state->maps, cells, step[0], t[0]);
+    ss_cells_load(&state->maps, cells, step[1], t[1]);
+    ss_cells_load(&state->maps, cells, step[2], t[2]);
+    ss_cells_load(&state->maps, cells, step[3], t[3]);
+    const ss_wide g = SS_WIDE_LESS(SS_WIDE_LESS(t[0][LIMIT_G], t[1][LIMIT_G]),
+                                   SS_WIDE_LESS(t[2][LIMIT_G], t[3][LIMIT_G]));
+    const ss_wide_mask lit = SS_WIDE_IS_LESS(z, g);
+    if (!ss_wide_any((ss_wide_mask)~lit)) return l;
+    const ss_wide most = SS_WIDE_MORE(SS_WIDE_MORE(t[0][LIMIT_C], t[1][LIMIT_C]),
+                                      SS_WIDE_MORE(t[2][LIMIT_C], t[3][LIMIT_C]));
+    const ss_wide least = SS_WIDE_LESS(SS_WIDE_LESS(t[0][LIMIT_C], t[1][LIMIT_C]),
+                                       SS_WIDE_LESS(t[2][LIMIT_C], t[3][LIMIT_C]));
+    const ss_wide_mask of_one = ~SS_WIDE_IS_LESS(same, most - least) &
+                                SS_WIDE_IS_LESS(t[0][LIMIT_C], SS_WIDE_ALL(SS_MAP_FAR));
+    ss_cells_weights(cells, weight);
+    if (ss_wide_any((ss_wide_mask)(of_one & ~lit))) l = between(t, weight, z);
+    if (ss_wide_any((ss_wide_mask)~(of_one | lit))) {
+        const bool paper = state->paper;
+        const ss_wide each =
+            (weight[0] * alone(t[0], z, paper) + weight[1] * alone(t[1], z, paper)) +
+            (weight[2] * alone(t[2], z, paper) + weight[3] * alone(t[3], z, paper));
+        l = SS_WIDE_CHOOSE(of_one, l, each);
     }
-    return in_all(bits);
+    return SS_WIDE_CHOOSE(lit, SS_WIDE_ALL(1.f), l);
 }
 
 void RUNG(ss_answer_limit)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     const ss_limit_state *state = (const ss_limit_state *)maps;
-    ss_cells all_cells[SS_LOOKS / 4];
+    ss_cells ring[SS_CELLS];
     float linear[SS_LOOKS];
-    ss_cells_find_all(all_cells, maps, looks, n);
-    for (size_t i = 0; i < n; i += 4) {
-        const ss_cells *cells = &all_cells[i / 4];
-        ss_wide channel[SS_PARTS][4], weight[SS_PARTS], h;
-        const ss_floats z = ss_floats_load(looks->h + i), one = ss_floats_all(1);
-        ss_wide_repeat(z, &h);
-        for (int k = 0; k < SS_PARTS; k++) ss_cells_load(cells, k, channel[k]);
-        const uint32_t lit = above_all(channel, &h);
-        ss_floats answer = one;
-        if (lit != 15) {
-            ss_floats same, l;
-            for (int p = 0; p < 4; p++) same[p] = state->same[looks->face[i + (size_t)p]];
-            const ss_ints of_one = alike(channel, same);
-            const int bits = ss_floats_bits(of_one);
-            for (int k = 0; k < SS_PARTS; k++) ss_cells_weights(cells, k, &weight[k]);
-            if (bits == 15) l = between(channel, weight, z);
-            else l = each(channel, weight, &h, state->paper);
-            if (bits && bits != 15) l = ss_floats_pick(of_one, between(channel, weight, z), l);
-            answer = ss_floats_pick(ss_floats_mask(lit), one, l);
+    size_t step[4];
+    ss_cells_steps(maps, step);
+    for (size_t i = 0; i < SS_CELLS_AHEAD; i += SS_LANES) ss_cells_fetch(ring, maps, looks, i, n);
+    for (size_t i = 0; i < n; i += SS_LANES) {
+        const ss_cells cells = ring[i / SS_LANES % SS_CELLS];
+        ss_wide same = SS_WIDE_ALL(state->same[0]);
+        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
+        for (size_t p = 0; maps->frames.cube && p < SS_LANES && i + p < n; p++) {
+            same[p] = state->same[looks->face[i + p]];
         }
-        ss_floats_store(linear + i, answer);
+        *(ss_wide_there *)(linear + i) =
+            limit_of(state, &cells, step, *(const ss_wide_there *)(looks->h + i), same);
     }
     shares_of(&maps->falloff, linear, n, out);
 }
