@@ -40,15 +40,13 @@ static void list_triangle(ss_group *g, uint32_t triangle) {
 static inline vm beside(const walk *w, const place v[3]) {
     const vf left = f_set(0.75f), right = f_set(w->columns + 0.25f), below = f_set(0.75f),
              above = f_set(w->rows + 0.25f);
-    vm l = f_lt(f_fnma(left, v[0].t, v[0].x), f_set(0)),
-       r = f_lt(f_set(0), f_fnma(right, v[0].t, v[0].x));
-    vm b = f_lt(f_fnma(below, v[0].t, v[0].y), f_set(0)),
-       a = f_lt(f_set(0), f_fnma(above, v[0].t, v[0].y));
+    vm l = f_lt(v[0].x, f_mul(left, v[0].t)), r = f_lt(f_mul(right, v[0].t), v[0].x);
+    vm b = f_lt(v[0].y, f_mul(below, v[0].t)), a = f_lt(f_mul(above, v[0].t), v[0].y);
     for (int c = 1; c < 3; c++) {
-        l = m_and(l, f_lt(f_fnma(left, v[c].t, v[c].x), f_set(0)));
-        r = m_and(r, f_lt(f_set(0), f_fnma(right, v[c].t, v[c].x)));
-        b = m_and(b, f_lt(f_fnma(below, v[c].t, v[c].y), f_set(0)));
-        a = m_and(a, f_lt(f_set(0), f_fnma(above, v[c].t, v[c].y)));
+        l = m_and(l, f_lt(v[c].x, f_mul(left, v[c].t)));
+        r = m_and(r, f_lt(f_mul(right, v[c].t), v[c].x));
+        b = m_and(b, f_lt(v[c].y, f_mul(below, v[c].t)));
+        a = m_and(a, f_lt(f_mul(above, v[c].t), v[c].y));
     }
     return m_or(m_or(l, r), m_or(a, b));
 }

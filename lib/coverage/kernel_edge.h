@@ -20,16 +20,6 @@ typedef struct bounds {
     vf x_low, x_high, y_low, y_high;
 } bounds;
 
-/* Good to the last bit or two, whatever the instruction set: two steps of third order. */
-static inline vf reciprocal(vf a) {
-    vf r = f_magic(a);
-    for (int step = 0; step < 2; step++) {
-        const vf e = f_fnma(a, r, f_set(1));
-        r = f_fma(r, f_fma(e, e, e), r);
-    }
-    return r;
-}
-
 static inline vf transform_row(const ss_group *g, int row, vf x, vf y, vf z) {
     const vf inner = f_fma(f_load(g->matrix[row][2]), z, f_load(g->shift[row]));
     return f_fma(f_load(g->matrix[row][0]), x, f_fma(f_load(g->matrix[row][1]), y, inner));
@@ -44,7 +34,7 @@ static inline place transform(const ss_group *g, const float position[3]) {
 }
 
 static inline pixel project(const place *a) {
-    const vf r = reciprocal(a->t);
+    const vf r = f_invert(a->t);
     return (pixel){f_mul(a->x, r), f_mul(a->y, r)};
 }
 
@@ -54,7 +44,7 @@ static inline void set_far_edge(edge *e, vm where, const place *a, const place *
     const vf n0 = f_sub(f_mul(a->y, b->t), f_mul(b->y, a->t));
     const vf n1 = f_sub(f_mul(b->x, a->t), f_mul(a->x, b->t));
     const vf n2 = f_sub(f_mul(a->x, b->y), f_mul(b->x, a->y));
-    const vf y = f_set(middle), scale = reciprocal(f_sub(f_set(0), n0));
+    const vf y = f_set(middle), scale = f_invert(f_sub(f_set(0), n0));
     f_store(e->slope, f_blend(where, f_load(e->slope), f_mul(n1, scale)));
     f_store(e->x, f_blend(where, f_load(e->x), f_mul(f_fma(n1, y, n2), scale)));
     f_store(e->pivot, f_blend(where, f_load(e->pivot), y));
@@ -67,7 +57,7 @@ static inline vm set_edge(edge *e, bounds *box, const place *a, const place *b, 
     const vm up = f_lt(pa->y, pb->y);
     const vf low = f_blend(up, pb->y, pa->y), high = f_blend(up, pa->y, pb->y);
     const vf x = f_blend(up, pb->x, pa->x), far_x = f_blend(up, pa->x, pb->x);
-    f_store(e->slope, f_mul(f_sub(far_x, x), reciprocal(f_sub(high, low))));
+    f_store(e->slope, f_mul(f_sub(far_x, x), f_invert(f_sub(high, low))));
     f_store(e->x, x);
     f_store(e->pivot, low);
     f_store(e->low, low);
@@ -119,7 +109,7 @@ static inline place blend(vm m, const place *a, const place *b) {
 /* Where the segment meets the plane; always reckoned from its inner end, so that the two faces at
  * an edge find the same place. */
 static inline place meet(const place *in, const place *out, vf plane) {
-    const vf s = f_mul(f_sub(plane, in->t), reciprocal(f_sub(out->t, in->t)));
+    const vf s = f_mul(f_sub(plane, in->t), f_invert(f_sub(out->t, in->t)));
     return (place){f_fma(f_sub(out->x, in->x), s, in->x), f_fma(f_sub(out->y, in->y), s, in->y),
                    plane};
 }

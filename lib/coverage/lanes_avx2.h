@@ -57,10 +57,9 @@ static inline vm f_le(vf x, vf y) {
 static inline vf f_blend(vm m, vf x, vf y) {
     return BOTH(vf, _mm256_blendv_ps(x.a, y.a, m.a), _mm256_blendv_ps(x.b, y.b, m.b));
 }
-static inline vf f_magic(vf x) {
-    const __m256i magic = _mm256_set1_epi32(0x7EF311C7);
-    return BOTH(vf, _mm256_castsi256_ps(_mm256_sub_epi32(magic, _mm256_castps_si256(x.a))),
-                _mm256_castsi256_ps(_mm256_sub_epi32(magic, _mm256_castps_si256(x.b))));
+static inline vf f_invert(vf x) {
+    const __m256 one = _mm256_set1_ps(1);
+    return BOTH(vf, _mm256_div_ps(one, x.a), _mm256_div_ps(one, x.b));
 }
 
 static inline uint32_t m_bits(vm m) {

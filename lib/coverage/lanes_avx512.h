@@ -27,10 +27,7 @@ static inline vf f_ceil(vf a) {
 static inline vm f_lt(vf a, vf b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
 static inline vm f_le(vf a, vf b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
 static inline vf f_blend(vm m, vf a, vf b) { return _mm512_mask_blend_ps(m, a, b); }
-static inline vf f_magic(vf a) {
-    return _mm512_castsi512_ps(
-        _mm512_sub_epi32(_mm512_set1_epi32(0x7EF311C7), _mm512_castps_si512(a)));
-}
+static inline vf f_invert(vf a) { return _mm512_div_ps(_mm512_set1_ps(1), a); }
 
 static inline uint32_t m_bits(vm a) { return a; }
 static inline vm m_from(uint32_t bits) { return (vm)bits; }

@@ -1,17 +1,18 @@
-/* Sixteen lanes in plain C. What lanes_avx2.h and lanes_avx512.h do with vector registers, bit for
- * bit: vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for each lane f_fma
- * rounds once. f_min and f_max give b when either is NaN, as the instructions do. f_blend gives b
- * where m is true. f_magic is a first guess of 1 / a, within 13 %. i_columns_from gives the bits
- * trunc(u) .. 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32.
- * i_columns_pair gives those of u and of u - 32. lane_bits gives bit `lane` of sixty-four
- * numbers. i_halve shifts each word by one bit, i_next gives each the word after it, the last the
- * first. i_count adds to counters the number of ones << shift, and i_total sums these counters up;
- * how many of them there are differs. */
+/* Sixteen lanes in plain C. What lanes_sse2.h, lanes_avx2.h and lanes_avx512.h do with vector
+ * registers, bit for bit: vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for
+ * each lane f_fma rounds once. f_min and f_max give b when either is NaN, as the instructions do.
+ * f_blend gives b where m is true. f_invert gives 1 / a. i_columns_from gives the bits trunc(u) .. 31
+ * in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32. i_columns_pair gives
+ * those of u and of u - 32. lane_bits gives bit `lane` of sixty-four numbers. i_halve shifts each word
+ * by one bit, i_next gives each the word after it, the last the first. i_count adds to counters the
+ * number of ones << shift, and i_total sums these counters up; how many of them there are differs. */
 #ifndef SS_COVERAGE_LANES_H
 #define SS_COVERAGE_LANES_H
 
 #include <stdint.h>
 #include <string.h>
+
+#include "coverage/fma_once.h"
 
 typedef struct vf {
     float v[16];
@@ -28,34 +29,6 @@ typedef struct vm {
     for (int i = 0; i < 16; i++) r.v[i] = (expression);                                            \
     return r
 
-/* a b + c rounded once. The product is exact in double; the sum may be rounded there and then again
- * to float, which differs from one rounding only if it lands on the middle between two floats. Then
- * it is rounded to odd first (Boldo & Melquiond 2008). */
-static inline float round_by_odd(double product, double addend, double sum) {
-    const double other = sum - product;
-    const double error = (product - (sum - other)) + (addend - other);
-    uint64_t bits;
-    memcpy(&bits, &sum, sizeof bits);
-    if ((error < 0 || error > 0) && !(bits & 1))
-        bits += (error > 0) == (sum > 0) ? 1 : (uint64_t)-1;
-    memcpy(&sum, &bits, sizeof bits);
-    return (float)sum;
-}
-static inline float fma_once(float a, float b, float c) {
-    const double product = (double)a * b, sum = product + c;
-    uint64_t bits;
-    memcpy(&bits, &sum, sizeof bits);
-    const int middle = (bits & 0x1fffffff) == 0x10000000;
-    const int small = __builtin_fabs(sum) < 0x1p-120; /* denormal floats have other middles */
-    return __builtin_expect(middle | small, 0) ? round_by_odd(product, c, sum) : (float)sum;
-}
-static inline float magic(float a) {
-    uint32_t bits;
-    memcpy(&bits, &a, sizeof bits);
-    bits = 0x7EF311C7u - bits;
-    memcpy(&a, &bits, sizeof a);
-    return a;
-}
 static inline uint32_t bits_from(float u) {
     return !(u > 0) ? ~0u : u >= 32 ? 0 : ~0u << (uint32_t)u;
 }
@@ -76,7 +49,7 @@ static inline vf f_ceil(vf a) { EACH(vf, __builtin_ceilf(a.v[i])); }
 static inline vm f_lt(vf a, vf b) { EACH(vm, a.v[i] < b.v[i] ? ~0u : 0); }
 static inline vm f_le(vf a, vf b) { EACH(vm, a.v[i] <= b.v[i] ? ~0u : 0); }
 static inline vf f_blend(vm m, vf a, vf b) { EACH(vf, m.v[i] ? b.v[i] : a.v[i]); }
-static inline vf f_magic(vf a) { EACH(vf, magic(a.v[i])); }
+static inline vf f_invert(vf a) { EACH(vf, 1 / a.v[i]); }
 
 static inline uint32_t m_bits(vm a) {
     uint32_t bits = 0;

@@ -9,7 +9,8 @@ libsoftshadow_core_la_SOURCES += \
   %D%/lattice.c %D%/lattice.h \
   %D%/slab.c %D%/slab.h \
   %D%/view.c %D%/view.h
-libss_scalar_la_SOURCES += %D%/group_scalar.c %D%/lanes_scalar.h %D%/sky_scalar.c %D%/sky_kernel.h
+libss_scalar_la_SOURCES += %D%/group_scalar.c %D%/fma_once.h %D%/lanes_scalar.h %D%/lanes_sse2.h \
+  %D%/sky_scalar.c %D%/sky_kernel.h
 EXTRA_DIST += %D%/lanes_avx2.h %D%/lanes_avx512.h
 if HAVE_X86
 libss_avx2_la_SOURCES += %D%/group_avx2.c %D%/sky_avx2.c

@@ -58,3 +58,14 @@ include %D%/mesh.mk
 include %D%/exact.mk
 
 include %D%/maps.mk
+
+if HAVE_CMOCKA
+if HAVE_X86
+check_PROGRAMS += tests/unit/lanes
+TESTS += tests/unit/lanes
+tests_unit_lanes_SOURCES = %D%/lanes.c %D%/lanes.h %D%/lanes_results.h %D%/lanes_plain.c \
+  %D%/lanes_sse2.c
+tests_unit_lanes_CPPFLAGS = $(AM_CPPFLAGS) -I$(top_srcdir)/tests $(CMOCKA_CFLAGS)
+tests_unit_lanes_LDADD = $(CMOCKA_LIBS) -lm
+endif
+endif

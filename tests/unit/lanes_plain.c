@@ -1,0 +1,3 @@
+#include "coverage/lanes_scalar.h"
+#define LANES lanes_plain
+#include "unit/lanes.h"
