@@ -56,7 +56,7 @@ size_t ss_sky_bytes(const ss_sky *sky);
 static inline bool ss_sky_holds(const ss_sky *sky, double ulp) {
     return 8 * ulp * (sky->size + 1) <= SS_SKY_ROOM;
 }
-/* A bit for each of n points: it is lit for sure. */
+/* A bit for each of n points, at most 64: it is lit for sure. */
 typedef void ss_sky_ask(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
                         uint64_t *lit);
 ss_sky_ask ss_sky_ask_scalar, ss_sky_ask_avx2, ss_sky_ask_avx512;

@@ -254,6 +254,7 @@ static void add_counts(batch *b, const ss_counts *counts) {
 /* ---- lit points first ----------------------------------------------------------------------- */
 
 #define LOOK ((size_t)4096) /* points that are looked at in one go */
+#define WORD ((size_t)64)   /* that the sky is asked of: a bit of an answer each */
 
 static ss_sky_ask *const ask_sky[] = SS_RUNGS(ss_sky_ask);
 
@@ -287,14 +288,14 @@ static softshadow_status answer_lit(void *ctx, uint64_t begin, uint64_t end) {
     for (size_t first = begin, n; first < end; first += n) {
         ss_places places;
         uint64_t lit;
-        n = end - first < SS_PLACES ? end - first : SS_PLACES;
+        n = end - first < WORD ? end - first : WORD;
         if (!ss_places_read(stage, b->points, b->first + first, n, &places)) {
             bad += leave_good(b, first, n, &to);
             continue;
         }
         ask_sky[stage->rung](stage->sky, &places, n, ulp, &lit);
         for (size_t i = 0; i < n; i++) b->visibility[b->first + first + i] = 1;
-        for (uint64_t m = n < 64 ? ~lit & ((UINT64_C(1) << n) - 1) : ~lit; m; m &= m - 1) {
+        for (uint64_t m = n < WORD ? ~lit & ((UINT64_C(1) << n) - 1) : ~lit; m; m &= m - 1) {
             const size_t i = (size_t)__builtin_ctzll(m);
             leave(b, first + i, (double[]){places.at[0][i], places.at[1][i], places.at[2][i]}, &to);
         }
