@@ -30,6 +30,9 @@ static inline vf f_sub(vf x, vf y) {
 static inline vf f_mul(vf x, vf y) {
     return BOTH(vf, _mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b));
 }
+static inline vf f_div(vf x, vf y) {
+    return BOTH(vf, _mm256_div_ps(x.a, y.a), _mm256_div_ps(x.b, y.b));
+}
 static inline vf f_fma(vf x, vf y, vf z) {
     return BOTH(vf, _mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b));
 }

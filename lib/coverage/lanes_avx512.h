@@ -15,6 +15,7 @@ static inline void f_store(float *p, vf a) { _mm512_store_ps(p, a); }
 static inline vf f_add(vf a, vf b) { return _mm512_add_ps(a, b); }
 static inline vf f_sub(vf a, vf b) { return _mm512_sub_ps(a, b); }
 static inline vf f_mul(vf a, vf b) { return _mm512_mul_ps(a, b); }
+static inline vf f_div(vf a, vf b) { return _mm512_div_ps(a, b); }
 static inline vf f_fma(vf a, vf b, vf c) { return _mm512_fmadd_ps(a, b, c); }
 static inline vf f_fnma(vf a, vf b, vf c) { return _mm512_fnmadd_ps(a, b, c); }
 static inline vf f_min(vf a, vf b) { return _mm512_min_ps(a, b); }

@@ -39,6 +39,7 @@ static inline void f_store(float *p, vf a) { memcpy(p, a.v, sizeof a.v); }
 static inline vf f_add(vf a, vf b) { EACH(vf, a.v[i] + b.v[i]); }
 static inline vf f_sub(vf a, vf b) { EACH(vf, a.v[i] - b.v[i]); }
 static inline vf f_mul(vf a, vf b) { EACH(vf, a.v[i] * b.v[i]); }
+static inline vf f_div(vf a, vf b) { EACH(vf, a.v[i] / b.v[i]); }
 static inline vf f_fma(vf a, vf b, vf c) { EACH(vf, fma_once(a.v[i], b.v[i], c.v[i])); }
 static inline vf f_fnma(vf a, vf b, vf c) { EACH(vf, fma_once(-a.v[i], b.v[i], c.v[i])); }
 static inline vf f_min(vf a, vf b) { EACH(vf, a.v[i] < b.v[i] ? a.v[i] : b.v[i]); }

@@ -34,6 +34,7 @@ static inline void f_store(float *p, vf a) {
 static inline vf f_add(vf a, vf b) { EACH(vf, _mm_add_ps(a.q[i], b.q[i])); }
 static inline vf f_sub(vf a, vf b) { EACH(vf, _mm_sub_ps(a.q[i], b.q[i])); }
 static inline vf f_mul(vf a, vf b) { EACH(vf, _mm_mul_ps(a.q[i], b.q[i])); }
+static inline vf f_div(vf a, vf b) { EACH(vf, _mm_div_ps(a.q[i], b.q[i])); }
 static inline vf f_min(vf a, vf b) { EACH(vf, _mm_min_ps(a.q[i], b.q[i])); }
 static inline vf f_max(vf a, vf b) { EACH(vf, _mm_max_ps(a.q[i], b.q[i])); }
 static inline vf f_abs(vf a) { EACH(vf, _mm_andnot_ps(_mm_set1_ps(-0.0f), a.q[i])); }

@@ -159,6 +159,9 @@ static bool sky_is_repaid(const ss_built *built, uint32_t light, uint64_t points
     if (!(built->plan.needs & SS_NEEDS_SKY)) return false;
     if (built->plan.params.weighting != SOFTSHADOW_UNIFORM) return false;
     if (!(built->lights[light].profile_mean > 0)) return false;
+    float most;
+    const ss_technique *technique = built->plan.technique;
+    if (technique->plates && technique->plates(built->states[light], &most)) return false;
     return points >= SKY_POINTS && points / SKY_SHARE >= built->world->triangle_count;
 }
 

@@ -8,6 +8,7 @@
 #include "base/cpu.h"
 #include "base/status.h"
 #include "base/vec.h"
+#include "coverage/plates.h"
 #include "coverage/sky.h"
 #include "engine/device.h"
 #include "engine/engine.h"
@@ -157,6 +158,8 @@ typedef struct batch {
     size_t first, count; /* the block */
     ss_order order;
     bool sky;         /* lit points are told first: the order is of the others */
+    const ss_plates *plates; /* or by these, and not only lit ones; NULL without */
+    float most;              /* see ss_plates_tell */
     uint32_t *left;   /* which those are; NULL without */
     size_t *counts;   /* of them, in each LOOK points */
     bool places;  /* of points are all that is asked for: see engine/places.h */
@@ -254,7 +257,7 @@ static void add_counts(batch *b, const ss_counts *counts) {
 /* ---- lit points first ----------------------------------------------------------------------- */
 
 #define LOOK ((size_t)4096) /* points that are looked at in one go */
-#define WORD ((size_t)64)   /* that the sky is asked of: a bit of an answer each */
+#define WORD ((size_t)64)   /* that the sky or plates are asked of: a bit of an answer each */
 
 static ss_sky_ask *const ask_sky[] = SS_RUNGS(ss_sky_ask);
 
@@ -278,31 +281,53 @@ static uint64_t leave_good(const batch *b, size_t first, size_t n, size_t *to) {
     return bad;
 }
 
-/* Answers those that are lit for sure; the others go to the front of the range. */
-static softshadow_status answer_lit(void *ctx, uint64_t begin, uint64_t end) {
+static ss_plates_tell *const tell_plates[] = SS_RUNGS(ss_plates_tell);
+
+/* A bit for each point whose answer is told; those of the others are whatever they are. */
+static uint64_t tell(const batch *b, const ss_places *places, size_t first, size_t n,
+                     ss_counts *counts) {
+    const ss_stage *stage = b->asked->stage;
+    float *visibility = b->visibility + first;
+    uint64_t told;
+    if (!b->plates) {
+        ask_sky[stage->rung](stage->sky, places, n, ulp_of(b->points), &told);
+        for (size_t i = 0; i < n; i++) visibility[i] = 1;
+        counts->lit += (uint64_t)__builtin_popcountll(told);
+        return told;
+    }
+    float *bound = b->points->error_bound ? b->points->error_bound + first : NULL;
+    tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound,
+                             &told);
+    for (size_t i = 0; i < n; i++) {
+        const uint64_t one = told >> i & 1;
+        counts->lit += one & (visibility[i] == 1), counts->umbra += one & (visibility[i] == 0);
+    }
+    return told;
+}
+
+/* Answers those that can be told; the others go to the front of the range. */
+static softshadow_status answer_told(void *ctx, uint64_t begin, uint64_t end) {
     batch *b = ctx;
     const ss_stage *stage = b->asked->stage;
-    const double ulp = ulp_of(b->points);
     size_t to = begin;
     uint64_t bad = 0;
+    ss_counts counts = {0};
     for (size_t first = begin, n; first < end; first += n) {
         ss_places places;
-        uint64_t lit;
         n = end - first < WORD ? end - first : WORD;
         if (!ss_places_read(stage, b->points, b->first + first, n, &places)) {
             bad += leave_good(b, first, n, &to);
             continue;
         }
-        ask_sky[stage->rung](stage->sky, &places, n, ulp, &lit);
-        for (size_t i = 0; i < n; i++) b->visibility[b->first + first + i] = 1;
-        for (uint64_t m = n < WORD ? ~lit & ((UINT64_C(1) << n) - 1) : ~lit; m; m &= m - 1) {
+        const uint64_t told = tell(b, &places, b->first + first, n, &counts);
+        for (uint64_t m = n < WORD ? ~told & ((UINT64_C(1) << n) - 1) : ~told; m; m &= m - 1) {
             const size_t i = (size_t)__builtin_ctzll(m);
             leave(b, first + i, (double[]){places.at[0][i], places.at[1][i], places.at[2][i]}, &to);
         }
     }
     b->counts[begin / LOOK] = to - begin;
     const uint64_t told = end - to - bad;
-    const ss_counts counts = {.lit = told, .settled = told};
+    counts.settled = counts.lit, counts.penumbra = told - counts.lit - counts.umbra;
     add_counts(b, &counts);
     const softshadow_status status = ss_progress_add(b->progress, told);
     return status ? status : add_bad(b, bad);
@@ -315,7 +340,7 @@ static softshadow_status look_first(batch *b, ss_arena *arena, size_t *left) {
     b->counts = ss_arena_alloc(arena, ranges, sizeof *b->counts);
     if (!b->left || !b->counts)
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
-    const softshadow_status status = ss_parallel_for(b->handle->pool, b->count, LOOK, answer_lit, b);
+    const softshadow_status status = ss_parallel_for(b->handle->pool, b->count, LOOK, answer_told, b);
     *left = 0;
     for (size_t i = 0; i < ranges && !status; i++) {
         memmove(b->order.at + *left, b->order.at + i * LOOK, b->counts[i] * sizeof *b->order.at);
@@ -469,7 +494,7 @@ static softshadow_status answer_block(batch *b, ss_arena *arena) {
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
     }
     size_t count = b->count;
-    softshadow_status status = b->sky ? look_first(b, arena, &count)
+    softshadow_status status = b->sky || b->plates ? look_first(b, arena, &count)
                                       : ss_parallel_for(pool, b->count, LOOK, look_at, b);
     if (status || !count) return status;
     status = ss_order_morton(&b->order, count, pool);
@@ -506,6 +531,15 @@ static softshadow_status make_progress(const softshadow *handle, uint64_t total,
     return *out ? SOFTSHADOW_OK : ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
 }
 
+/* They know of no horizons, and tell how wrong an answer is only where it may be. */
+static const ss_plates *find_plates(const ss_asked *asked, const softshadow_points *points,
+                                    float *most) {
+    if (!asked->technique->plates || asked->program || points->normals || points->primitives)
+        return NULL;
+    const ss_plates *plates = asked->technique->plates(asked->state, most);
+    return *most > 0 || !points->error_bound ? plates : NULL;
+}
+
 softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                                 const softshadow_points *points, float *visibility,
                                 ss_totals *totals) {
@@ -515,6 +549,7 @@ softshadow_status ss_engine_ask(softshadow *handle, const ss_asked *asked,
                 asked->stage->params->weighting == SOFTSHADOW_UNIFORM;
     b.places = asked->technique->query_places && !asked->program && !points->normals &&
                !points->primitives;
+    b.plates = find_plates(asked, points, &b.most);
     b.sky = asked->stage->sky && asked->technique->group && !asked->program;
     softshadow_status status = SOFTSHADOW_OK;
     ss_scratch *scratch = take_scratch(handle);

@@ -479,6 +479,7 @@ const ss_technique ss_exact = {
     .group = SS_LANES,
     .build = ss_exact_build,
     .query = exact_query,
+    .plates = ss_exact_plates,
     .destroy = ss_exact_destroy,
     .bytes = ss_exact_bytes,
     .casters_culled = ss_exact_culled,

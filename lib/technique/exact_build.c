@@ -65,6 +65,7 @@ void ss_exact_destroy(void *state) {
     for (unsigned i = 0; i < e->steps; i++) ss_lattice_destroy(e->step[i]);
     ss_outline_destroy(e->outline);
     ss_free(e->tested);
+    ss_free(e->plates);
     ss_free(e);
 }
 
@@ -121,6 +122,22 @@ static softshadow_status count_culled(exact *e, const ss_stage *stage) {
     return SOFTSHADOW_OK;
 }
 
+/* A closed form's errors are a share of the tolerance, where that leaves a choice; else it only tells
+ * what is lit, which drawing could not tell otherwise. */
+#define CLOSED 0.25f
+
+static softshadow_status make_plates(exact *e, const ss_stage *stage) {
+    if (stage->params->weighting != SOFTSHADOW_UNIFORM) return SOFTSHADOW_OK;
+    e->plates_most = stage->params->few ? CLOSED * (float)stage->params->tolerance : 0;
+    return ss_plates_create(&e->plates, stage->world, &e->light, e->axis);
+}
+
+const ss_plates *ss_exact_plates(const void *state, float *most) {
+    const exact *e = state;
+    *most = e->plates_most;
+    return e->plates;
+}
+
 uint64_t ss_exact_culled(const void *state) { return ((const exact *)state)->culled; }
 
 softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
@@ -144,6 +161,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     }
     softshadow_status status = make_steps(e, stage, &shape, samples, usual);
     if (!status) status = count_culled(e, stage);
+    if (!status) status = make_plates(e, stage);
     if (!status) {
         double low[3], high[3];
         ss_light_box(stage->light, low, high);
@@ -160,6 +178,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
 size_t ss_exact_bytes(const void *state) {
     const exact *e = state;
     size_t sum = sizeof *e + ss_outline_bytes(e->outline);
+    if (e->plates) sum += sizeof *e->plates;
     for (unsigned i = 0; i < e->steps; i++) sum += ss_lattice_bytes(e->step[i]);
     return sum;
 }

@@ -5,6 +5,7 @@
 
 #include "coverage/direct.h"
 #include "coverage/group.h"
+#include "coverage/plates.h"
 #include "technique/technique.h"
 #include "trace/contact.h"
 
@@ -24,6 +25,8 @@ typedef struct exact {
     uint64_t culled; /* casters beside all segments from the build's bounds to the light */
     uint8_t *tested; /* per triangle: has an opacity texture; NULL if none has */
     const ss_group_kernel *kernel;
+    ss_plates *plates; /* what tells points without drawing; or NULL */
+    float plates_most; /* see ss_plates_tell */
 } exact;
 
 /* What one query works with. */
@@ -68,6 +71,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state);
 void ss_exact_destroy(void *state);
 size_t ss_exact_bytes(const void *state);
 uint64_t ss_exact_culled(const void *state);
+const ss_plates *ss_exact_plates(const void *state, float *most);
 /* From the world's axes to summing order. */
 void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
 

@@ -150,10 +150,10 @@ static void enclose(scratch *s, const ss_point *points, size_t n, ss_shaft_frame
     ss_group_enclose(s->group, s->stage->light, *frame, low, high, group ? s->views : NULL);
 }
 
-/* Where a map has told most of the lit points groups are seldom lit, and mostly where the last was. */
+/* Where a map, or plates, have told most of the lit points groups are seldom lit, and mostly where the last was. */
 #define VAIN 2 /* groups in a row */
 static bool is_vain(scratch *s) {
-    if (!s->stage->sky || s->unlit < VAIN) return false;
+    if ((!s->stage->sky && !s->state->plates) || s->unlit < VAIN) return false;
     return ++s->unlit % 4 != 0;
 }
 

@@ -13,6 +13,7 @@ struct ss_rays;
 struct ss_raster;
 struct ss_raster_question;
 struct ss_sky;
+struct ss_plates;
 
 /* What a technique needs before its build; the plan prepares these and nothing else. */
 enum {
@@ -102,6 +103,10 @@ typedef struct ss_technique {
     /* The same for at most SS_PLACES points that have no normal, without bounds. NULL: query() for all. */
     void (*query_places)(const void *state, const ss_places *places, size_t n, float *visibility,
                          ss_counts *counts);
+    /* Points that are told before query() is asked for the others, where the casters are so few: see
+     * coverage/plates.h. NULL, or gives NULL: none. *most: how wrong they may be, as ss_plates_tell has
+     * it. */
+    const struct ss_plates *(*plates)(const void *state, float *most);
     /* Works over the answers to a whole image in place, on all threads, or on stage->raster. query()
      * may mark points for it by setting the sign bit of their answers where stage->rows is set; finish()
      * takes the marks away and brings the counts in line with what it changed. NULL: images are not

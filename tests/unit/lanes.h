@@ -58,6 +58,7 @@ static void do_floats(lanes_results *out, vf a, vf b, vf c) {
     keep_f(out, 3, f_fma(a, b, c)), keep_f(out, 4, f_fnma(a, b, c));
     keep_f(out, 5, f_min(a, b)), keep_f(out, 6, f_max(a, b)), keep_f(out, 7, f_abs(a));
     keep_f(out, 8, f_sqrt(f_abs(a))), keep_f(out, 9, f_ceil(a)), keep_f(out, 10, f_invert(a));
+    keep_f(out, 12, f_div(a, b));
     keep_f(out, 11, f_blend(f_lt(a, b), c, f_set(2)));
     const vm less = f_lt(a, b), other = m_from(m_bits(f_le(b, c)));
     keep_bits(out, 20, m_bits(less)), keep_bits(out, 21, m_bits(f_le(a, b)));
