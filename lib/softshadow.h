@@ -269,8 +269,8 @@ typedef struct softshadow_stats {
     uint64_t rays;
     uint64_t map_bytes, peak_bytes; /* held by what was built; most ever held */
     const char *method_used, *backend_used;
-    uint64_t points_settled;   /* told to see all of the light before anything was drawn from them: a
-                                  whole group at once, or by a map */
+    uint64_t points_settled;   /* told to see all of the light, or nothing, before anything was drawn from
+                                  them: a whole group at once, or by a map */
     uint64_t lod_triangles;    /* triangles of coarser levels at hand; 0: none was used */
     double upload_seconds, download_seconds; /* of build and queries, spent on copies to the GPU and
                                                 back; of queries the sum over threads */

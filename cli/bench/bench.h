@@ -60,7 +60,7 @@ typedef struct bench_result {
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build; /* seconds, the first time */
     double ours_lit, peer_lit;     /* seconds a point that is wholly lit */
-    double settled; /* share of points that the library answers for whole groups at once */
+    double settled; /* share of points that the library answers before it draws anything */
     double scaling; /* of options->threads over one, in wall time; 0: not measured */
     bool brute;     /* the truth's kind */
 } bench_result;

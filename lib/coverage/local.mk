@@ -5,7 +5,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/floor.c %D%/floor.h \
   %D%/group.c %D%/group.h %D%/group_kernel.h %D%/kernel_draw.h %D%/kernel_edge.h %D%/kernel_test.h \
   %D%/kernel_view.h \
-  %D%/sky.c %D%/sky.h \
+  %D%/sky.c %D%/sky.h %D%/sky_parts.h %D%/umbra.c \
   %D%/lattice.c %D%/lattice.h \
   %D%/plates.c %D%/plates.h \
   %D%/slab.c %D%/slab.h \

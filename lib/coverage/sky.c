@@ -18,15 +18,17 @@
  * at all others by a chamfer distance that is nowhere more than the true one [Bor86].
  *
  * Texels are squares: two points in them are nearer to each other than the texels' middles by up to
- * sqrt 2 texels, which is taken off all distances. What floats and contact move, points and casters, is
- * less than ROOM. SPARE is for whoever draws: what is this far beside the light cannot cover
- * a sample of it by rounding either. */
+ * sqrt 2 texels, which is taken off all distances: each texel first takes what its neighbours have. (No
+ * more: what is no nearer to the light than p does not hide it, however close by.) What floats and
+ * contact move, points and casters, is less than ROOM. SPARE is for whoever draws: what is this far
+ * beside the light cannot cover a sample of it by rounding either. */
 #include "coverage/sky.h"
 
 #include <float.h>
 #include <math.h>
 
 #include "base/vec.h"
+#include "coverage/sky_parts.h"
 #include "trace/bvh_node.h"
 #include "trace/contact.h"
 
@@ -50,31 +52,18 @@ void ss_sky_destroy(ss_sky *sky) {
     if (!sky) return;
     ss_free(sky->all);
     ss_free(sky->over);
+    ss_free(sky->dark);
+    ss_free(sky->below);
     ss_free(sky);
 }
 
 size_t ss_sky_bytes(const ss_sky *sky) {
     const size_t texels = (size_t)sky->frame.width * sky->frame.height;
-    return sizeof *sky + (sky->over ? 2 : 1) * texels * sizeof *sky->all;
+    const size_t numbers = 1 + (sky->over != NULL) + (sky->dark ? 2 : 0);
+    return sizeof *sky + numbers * texels * sizeof *sky->all;
 }
 
 /* ---- the frame ------------------------------------------------------------------------------ */
-
-static void to_frame(const ss_sky_frame *f, const double p[3], double out[3]) {
-    double d[3];
-    ss_sub(p, f->origin, d);
-    for (int k = 0; k < 3; k++) out[k] = ss_dot(f->axis[k], d);
-}
-
-/* On the plane, from the frame. */
-static void project(const ss_sky_frame *f, const double at[3], double out[2]) {
-    const double s = f->sun ? 1 : 2 * f->distance / (at[2] + ss_length(at));
-    out[0] = at[0] * s, out[1] = at[1] * s;
-}
-
-static double nearness_at(const ss_sky_frame *f, double r) {
-    return f->distance * (f->distance - r) / r;
-}
 
 /* From the light's centre to a box. */
 static double distance_to_box(const double from[3], const double low[3], const double high[3]) {
@@ -102,15 +91,6 @@ static bool place_frame(ss_sky_frame *f, const ss_light *light, const double low
     return f->sun || f->least * NEAREST > f->distance;
 }
 
-/* Lines are seen as arcs, which bulge out of the rectangle of their ends by less than a twelfth of its
- * diagonal squared. Gives by how much it grew. */
-static double widen(const ss_sky_frame *f, double rect[4]) {
-    const double longest = hypot(rect[2] - rect[0], rect[3] - rect[1]);
-    const double bulge = (f->sun ? 0 : longest * longest / f->distance / 12) + ROOM;
-    for (int k = 0; k < 2; k++) rect[k] -= bulge, rect[2 + k] += bulge;
-    return bulge;
-}
-
 /* How far from the middle of the plane the box reaches, and the rectangle it is in. */
 static double enclose(const ss_sky_frame *f, const double low[3], const double high[3],
                       double rect[4]) {
@@ -120,14 +100,14 @@ static double enclose(const ss_sky_frame *f, const double low[3], const double h
         const double p[3] = {c & 1 ? high[0] : low[0], c & 2 ? high[1] : low[1],
                              c & 4 ? high[2] : low[2]};
         double at[3], on[2];
-        to_frame(f, p, at);
-        project(f, at, on);
+        ss_sky_to_frame(f, p, at);
+        ss_sky_project(f, at, on);
         around = ss_max(around, hypot(on[0], on[1]));
         for (int k = 0; k < 2; k++) {
             rect[k] = ss_min(on[k], rect[k]), rect[2 + k] = ss_max(on[k], rect[2 + k]);
         }
     }
-    return around + widen(f, rect);
+    return around + ss_sky_widen(f, rect);
 }
 
 static double width_within(const ss_sky_frame *f, const ss_light *light, double radius) {
@@ -144,7 +124,7 @@ static double lay_out(ss_sky *sky, const ss_light *light, const double low[3],
     ss_sky_frame *f = &sky->frame;
     double rect[4];
     sky->around = enclose(f, low, high, rect);
-    sky->most = (f->sun ? -f->least : nearness_at(f, f->least)) + ROOM;
+    sky->most = (f->sun ? -f->least : ss_sky_nearness_at(f, f->least)) + ROOM;
     sky->outside = INFINITY;
     if (!f->sun) { /* the cone around the casters, opened by what the ball is seen as */
         const double turn = 2 * atan(sky->around / f->distance / 2) +
@@ -175,27 +155,7 @@ typedef struct canvas {
     float *map;
 } canvas;
 
-typedef struct span {
-    uint32_t x0, x1, y0, y1; /* texels, all included */
-} span;
-
-static uint32_t texel_of(double at, double low, double texel, uint32_t count) {
-    const double i = floor((at - low) / texel);
-    return i < 0 ? 0 : i > count - 1 ? count - 1 : (uint32_t)i;
-}
-
-static span span_of(const ss_sky_frame *f, const double rect[4]) {
-    return (span){texel_of(rect[0], f->low[0], f->texel, f->width),
-                  texel_of(rect[2], f->low[0], f->texel, f->width),
-                  texel_of(rect[1], f->low[1], f->texel, f->height),
-                  texel_of(rect[3], f->low[1], f->texel, f->height)};
-}
-
-static bool is_small(const span *s, uint32_t most) {
-    return s->x1 - s->x0 < most && s->y1 - s->y0 < most;
-}
-
-static void fill(const canvas *c, const span *s, double nearness) {
+static void fill(const canvas *c, const ss_sky_span *s, double nearness) {
     const float value = (float)nearness;
     for (uint32_t y = s->y0; y <= s->y1; y++) {
         float *row = c->map + (size_t)y * c->f->width;
@@ -204,7 +164,8 @@ static void fill(const canvas *c, const span *s, double nearness) {
 }
 
 static double box_nearness(const ss_sky_frame *f, const double low[3], const double high[3]) {
-    if (!f->sun) return nearness_at(f, ss_max(distance_to_box(f->origin, low, high), f->least));
+    if (!f->sun)
+        return ss_sky_nearness_at(f, ss_max(distance_to_box(f->origin, low, high), f->least));
     double least = 0;
     for (int k = 0; k < 3; k++) {
         const double a = f->axis[2][k];
@@ -213,15 +174,8 @@ static double box_nearness(const ss_sky_frame *f, const double low[3], const dou
     return -least;
 }
 
-/* A triangle in the frame: lines that bound it and its nearness, as functions of what a texel's middle
- * stands for: under a sun of (x, y, 1), else of the unit vector there. */
-typedef struct shape {
-    double edge[3][3], nearness[3], constant;
-    double rect[4], most;
-} shape;
-
 /* Lines through pairs of corners, the inside positive; one that is none bounds nothing. */
-static void set_edges(const ss_sky_frame *f, const double corner[3][3], shape *out) {
+static void set_edges(const ss_sky_frame *f, const double corner[3][3], ss_sky_shape *out) {
     for (int i = 0; i < 3; i++) {
         const double *a = corner[i], *b = corner[(i + 1) % 3], *c = corner[(i + 2) % 3];
         const double from[3] = {a[0], a[1], f->sun ? 1 : a[2]},
@@ -237,7 +191,7 @@ static void set_edges(const ss_sky_frame *f, const double corner[3][3], shape *o
 }
 
 /* The plane's nearness. Where it is seen nearly along itself its largest will do. */
-static void set_plane(const ss_sky_frame *f, const double corner[3][3], shape *out) {
+static void set_plane(const ss_sky_frame *f, const double corner[3][3], ss_sky_shape *out) {
     double one[3], two[3], n[3];
     ss_sub(corner[1], corner[0], one);
     ss_sub(corner[2], corner[0], two);
@@ -255,14 +209,14 @@ static void set_plane(const ss_sky_frame *f, const double corner[3][3], shape *o
     }
 }
 
-static void make_face(const ss_sky_frame *f, const double world[3][3], shape *out) {
+void ss_sky_shape_make(const ss_sky_frame *f, const double world[3][3], ss_sky_shape *out) {
     double corner[3][3], low[3] = {INFINITY, INFINITY, INFINITY},
                          high[3] = {-INFINITY, -INFINITY, -INFINITY}, nearest = INFINITY;
     out->rect[0] = out->rect[1] = INFINITY, out->rect[2] = out->rect[3] = -INFINITY;
     for (int i = 0; i < 3; i++) {
         double on[2];
-        to_frame(f, world[i], corner[i]);
-        project(f, corner[i], on);
+        ss_sky_to_frame(f, world[i], corner[i]);
+        ss_sky_project(f, corner[i], on);
         nearest = ss_min(nearest, corner[i][2]);
         for (int k = 0; k < 2; k++) {
             out->rect[k] = ss_min(on[k], out->rect[k]);
@@ -272,25 +226,23 @@ static void make_face(const ss_sky_frame *f, const double world[3][3], shape *ou
             low[k] = ss_min(world[i][k], low[k]), high[k] = ss_max(world[i][k], high[k]);
         }
     }
-    widen(f, out->rect);
+    ss_sky_widen(f, out->rect);
     out->most = f->sun ? -nearest : box_nearness(f, low, high);
     set_edges(f, (const double(*)[3])corner, out);
     set_plane(f, (const double(*)[3])corner, out);
 }
 
 /* Texel by texel: a face may touch those whose middle is at most half a diagonal outside each line. */
-static void fill_face(const canvas *c, const shape *face, const span *s) {
+static void fill_face(const canvas *c, const ss_sky_shape *face, const ss_sky_span *s) {
     const ss_sky_frame *f = c->f;
     const double unit = f->sun ? 1 : f->distance, reach = f->texel / unit * 0.7072 + ROOM / unit;
     const double *g = face->nearness;
     const double more = (f->sun ? hypot(g[0], g[1]) : ss_length(g)) * reach + face->constant + ROOM;
     for (uint32_t y = s->y0; y <= s->y1; y++) {
         float *row = c->map + (size_t)y * f->width;
-        const double v = (f->low[1] + (y + 0.5) * f->texel) / unit;
         for (uint32_t x = s->x0; x <= s->x1; x++) {
-            const double u = (f->low[0] + (x + 0.5) * f->texel) / unit, square = u * u + v * v,
-                         by = f->sun ? 1 : 4 / (4 + square);
-            const double at[3] = {u * by, v * by, f->sun ? 1 : by * (1 - square / 4)};
+            double at[3];
+            ss_sky_middle(f, unit, x, y, at);
             bool in = true;
             for (int i = 0; i < 3; i++) {
                 const double *e = face->edge[i];
@@ -314,12 +266,12 @@ static bool is_under(const ss_sky *floor, const double corner[3][3]) {
 
 static void draw_triangle(const canvas *c, uint32_t triangle) {
     double corner[3][3];
-    shape face;
+    ss_sky_shape face;
     ss_world_triangle(c->bvh->world, triangle, corner);
     if (c->floor && is_under(c->floor, (const double(*)[3])corner)) return;
-    make_face(c->f, (const double(*)[3])corner, &face);
-    const span s = span_of(c->f, face.rect);
-    if (is_small(&s, 2)) fill(c, &s, face.most + ROOM);
+    ss_sky_shape_make(c->f, (const double(*)[3])corner, &face);
+    const ss_sky_span s = ss_sky_span_of(c->f, face.rect);
+    if (ss_sky_is_small(&s, 2)) fill(c, &s, face.most + ROOM);
     else fill_face(c, &face, &s);
 }
 
@@ -337,8 +289,8 @@ static bool draw_box(const canvas *c, const double low[3], const double high[3])
     double rect[4];
     if (c->floor && height_of(c->floor, low, high) < ROOM) return false;
     enclose(c->f, low, high, rect);
-    const span s = span_of(c->f, rect);
-    if (!is_small(&s, SMALL)) return false;
+    const ss_sky_span s = ss_sky_span_of(c->f, rect);
+    if (!ss_sky_is_small(&s, SMALL)) return false;
     fill(c, &s, box_nearness(c->f, low, high) + ROOM);
     return true;
 }
@@ -402,6 +354,26 @@ static void pass(float *map, uint32_t width, uint32_t height, bool back, steps b
     }
 }
 
+/* Each texel becomes the largest of itself and its eight neighbours. rows: two rows of scratch. */
+static void grow(float *map, uint32_t width, uint32_t height, float *rows) {
+    float *above = rows, *own = rows + width;
+    for (uint32_t x = 0; x < width; x++) above[x] = -FLT_MAX;
+    for (uint32_t y = 0; y < height; y++) {
+        float *row = map + (size_t)y * width;
+        const float *below = y + 1 < height ? row + width : row;
+        for (uint32_t x = 0; x < width; x++) own[x] = row[x];
+        for (uint32_t x = 0; x < width; x++) {
+            float most = larger(own[x], larger(above[x], below[x]));
+            if (x > 0) most = larger(most, larger(own[x - 1], larger(above[x - 1], below[x - 1])));
+            if (x + 1 < width)
+                most = larger(most, larger(own[x + 1], larger(above[x + 1], below[x + 1])));
+            row[x] = most;
+        }
+        float *last = above;
+        above = own, own = last;
+    }
+}
+
 /* false: out of memory */
 static bool spread(const ss_sky_frame *f, float *map, double width, double most) {
     const double step = f->texel / width;
@@ -413,9 +385,10 @@ static bool spread(const ss_sky_frame *f, float *map, double width, double most)
     const steps by = {(float)fmax(STEP_SIDE * step - little, 0),
                       (float)fmax(STEP_CORNER * step - little, 0),
                       (float)fmax(STEP_KNIGHT * step - little, 0)};
+    grow(map, f->width, f->height, rows);
     pass(map, f->width, f->height, false, by, rows);
     pass(map, f->width, f->height, true, by, rows);
-    const float within = (float)(1.4143 * step + ROOM + ROOM / width);
+    const float within = (float)(ROOM + ROOM / width);
     for (size_t i = 0; i < texels; i++) map[i] += within;
     ss_free(rows);
     return true;
@@ -480,7 +453,8 @@ static bool find_floor(ss_sky *sky, const ss_world *world, const ss_light *light
 
 /* ---- all of it ------------------------------------------------------------------------------ */
 
-softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light *light) {
+softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh,
+                                const struct ss_topology *topology, const ss_light *light) {
     const ss_world *world = bvh->world;
     double low[3], high[3];
     *out = NULL;
@@ -508,6 +482,9 @@ softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light 
         const double origin = (world->low[k] + world->half[k]) * world->scale;
         sky->size = ss_max(sky->size, ss_max(fabs(low[k] + origin), fabs(high[k] + origin)));
     }
-    *out = sky;
-    return SOFTSHADOW_OK;
+    const softshadow_status status =
+        topology ? ss_sky_add_umbra(sky, world, topology, width) : SOFTSHADOW_OK;
+    if (status) ss_sky_destroy(sky);
+    else *out = sky;
+    return status;
 }

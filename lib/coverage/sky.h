@@ -1,10 +1,11 @@
-/* Points that certainly see all of a light, told by one look at a map.
+/* Points that certainly see all of a light, or nothing of it, told by one look at a map.
  *
  * Put the light into a ball around its centre. A point is lit if no caster meets the hull of point and
  * ball, and then so is every point between it and the ball's centre: its hull is a part of that. So
  * along each ray from the centre there is a nearness to the light beyond which points are lit, and the
- * map holds numbers that are nowhere below it. sky.c says why. All that is ever told is "lit", where
- * drawing would give the same: answers do not show whether there was a map. */
+ * map holds numbers that are nowhere below it. sky.c says why. Likewise
+ * a map of what is inside solids tells which points are dark: umbra.c. All that is ever told is "lit" or
+ * "dark", where drawing would give the same: answers do not show whether there was a map. */
 #ifndef SS_COVERAGE_SKY_H
 #define SS_COVERAGE_SKY_H
 
@@ -29,6 +30,8 @@ typedef struct ss_sky_frame {
     uint32_t width, height;
 } ss_sky_frame;
 
+#define SS_SKY_BINS 32
+
 typedef struct ss_sky {
     ss_sky_frame frame;
     double inside;    /* the map holds for points within this radius of its middle */
@@ -40,14 +43,21 @@ typedef struct ss_sky {
     /* The largest face, if it is large: what points over it, or touching it, may exceed instead. */
     float *over; /* or NULL */
     double normal[3], offset; /* its plane; the light is all on the positive side */
+    /* In which bins of nearness points see nothing, a bit each; or NULL. Below the first bin those of
+     * nearness above `below` do not. */
+    uint32_t *dark;
+    float *below;
+    double bin_low, bins;     /* where the first bin begins, and how many there are to a unit */
     double size;              /* largest coordinate of the casters as the host gave them */
     double centre[3], lowest; /* the light's height over it at least, ... */
     double finite, reach;     /* ... against the way there: |p - centre| finite + reach */
 } ss_sky;
 
+struct ss_topology;
 /* *out becomes NULL where there can be no map: nothing casts, or it is among the casters, or the light
- * is a point. */
-softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh, const ss_light *light);
+ * is a point. topology: of the bvh's world; NULL: dark points are not told. */
+softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh,
+                                const struct ss_topology *topology, const ss_light *light);
 void ss_sky_destroy(ss_sky *sky);
 size_t ss_sky_bytes(const ss_sky *sky);
 
@@ -56,9 +66,9 @@ size_t ss_sky_bytes(const ss_sky *sky);
 static inline bool ss_sky_holds(const ss_sky *sky, double ulp) {
     return 8 * ulp * (sky->size + 1) <= SS_SKY_ROOM;
 }
-/* A bit for each of n points, at most 64: it is lit for sure. */
+/* A bit for each of n points, at most 64: it is lit for sure, it is dark for sure. */
 typedef void ss_sky_ask(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
-                        uint64_t *lit);
+                        uint64_t *lit, uint64_t *dark);
 ss_sky_ask ss_sky_ask_scalar, ss_sky_ask_avx2, ss_sky_ask_avx512;
 
 #endif

@@ -65,8 +65,25 @@ static inline void project(const ss_sky_frame *f, const ss_doubles d[3], ss_doub
     *x *= s, *y *= s, *nearness = (f->distance - r) * sum * one, *far = r;
 }
 
+/* Of the points `in` the map those that see nothing. */
+static inline ss_doubles_mask dark_of(const ss_sky *sky, ss_doubles_mask in, ss_doubles nearness,
+                                      const wide_ints *at) {
+    const ss_doubles bin = (nearness - sky->bin_low) * sky->bins;
+    for (int i = 0; i < SS_DOUBLES; i++) {
+        if (!in[i] || !(bin[i] < SS_SKY_BINS)) {
+            in[i] = 0;
+            continue;
+        }
+        const int texel = (*at)[i];
+        if (bin[i] < 0) in[i] = -(int64_t)(nearness[i] > (double)sky->below[texel]);
+        else in[i] = -(int64_t)(sky->dark[texel] >> (int)bin[i] & 1);
+    }
+    return in;
+}
+
 /* Some of the points, as many as a register holds. What hardly any needs comes last. */
-static inline ss_doubles_mask ask(const ss_sky *sky, const ss_doubles p[3], double ulp) {
+static inline ss_doubles_mask ask(const ss_sky *sky, const ss_doubles p[3], double ulp,
+                                  ss_doubles_mask *dark) {
     const ss_sky_frame *f = &sky->frame;
     const double per = 1 / f->texel;
     ss_doubles d[3], x, y, nearness, far;
@@ -89,21 +106,32 @@ static inline ss_doubles_mask ask(const ss_sky *sky, const ss_doubles p[3], doub
     if (sky->over && any(in & ~fine)) {
         fine |= in & is_over(sky, p, ulp) & (nearness > look(sky->over, &at));
     }
+    *dark = (ss_doubles_mask){0};
+    if (sky->dark && any(in & ~fine))
+        *dark = dark_of(sky, in & ~fine & (far < FARTHEST), nearness, &at);
     return fine & (far < FARTHEST);
 }
 
-void RUNG(ss_sky_ask)(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
-                      uint64_t *lit) {
+static inline uint64_t bits_of(ss_doubles_mask mask) {
+#if SS_FOURS == 4
+    return (uint64_t)_mm512_movepi64_mask((__m512i)mask);
+#else
     uint64_t bits = 0;
+    for (size_t j = 0; j < SS_DOUBLES; j++) bits |= (uint64_t)(mask[j] & 1) << j;
+    return bits;
+#endif
+}
+
+void RUNG(ss_sky_ask)(const ss_sky *sky, const ss_places *places, size_t n, double ulp,
+                      uint64_t *lit, uint64_t *dark) {
+    const uint64_t asked = n < 64 ? (UINT64_C(1) << n) - 1 : UINT64_MAX;
+    uint64_t bright = 0, black = 0;
     for (size_t i = 0; i < n; i += SS_DOUBLES) {
         ss_doubles p[3];
+        ss_doubles_mask none;
         for (int k = 0; k < 3; k++) p[k] = *(const ss_doubles_there *)(places->at[k] + i);
-        const ss_doubles_mask fine = ask(sky, p, ulp);
-#if SS_FOURS == 4
-        bits |= (uint64_t)_mm512_movepi64_mask((__m512i)fine) << i;
-#else
-        for (size_t j = 0; j < SS_DOUBLES; j++) bits |= (uint64_t)(fine[j] & 1) << (i + j);
-#endif
+        bright |= bits_of(ask(sky, p, ulp, &none)) << i;
+        black |= bits_of(none) << i;
     }
-    *lit = n < 64 ? bits & ((UINT64_C(1) << n) - 1) : bits;
+    *lit = bright & asked, *dark = black & asked;
 }

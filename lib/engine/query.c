@@ -157,7 +157,7 @@ typedef struct batch {
     float *visibility;
     size_t first, count; /* the block */
     ss_order order;
-    bool sky;         /* lit points are told first: the order is of the others */
+    bool sky;         /* lit and dark points are told first: the order is of the others */
     const ss_plates *plates; /* or by these, and not only lit ones; NULL without */
     float most;              /* see ss_plates_tell */
     uint32_t *left;   /* which those are; NULL without */
@@ -254,7 +254,7 @@ static void add_counts(batch *b, const ss_counts *counts) {
     pthread_mutex_unlock(&b->lock);
 }
 
-/* ---- lit points first ----------------------------------------------------------------------- */
+/* ---- lit and dark points first --------------------------------------------------------------- */
 
 #define LOOK ((size_t)4096) /* points that are looked at in one go */
 #define WORD ((size_t)64)   /* that the sky or plates are asked of: a bit of an answer each */
@@ -290,10 +290,12 @@ static uint64_t tell(const batch *b, const ss_places *places, size_t first, size
     float *visibility = b->visibility + first;
     uint64_t told;
     if (!b->plates) {
-        ask_sky[stage->rung](stage->sky, places, n, ulp_of(b->points), &told);
-        for (size_t i = 0; i < n; i++) visibility[i] = 1;
-        counts->lit += (uint64_t)__builtin_popcountll(told);
-        return told;
+        uint64_t lit, dark;
+        ask_sky[stage->rung](stage->sky, places, n, ulp_of(b->points), &lit, &dark);
+        for (size_t i = 0; i < n; i++) visibility[i] = dark >> i & 1 ? 0 : 1;
+        counts->lit += (uint64_t)__builtin_popcountll(lit);
+        counts->umbra += (uint64_t)__builtin_popcountll(dark);
+        return lit | dark;
     }
     float *bound = b->points->error_bound ? b->points->error_bound + first : NULL;
     tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound,
@@ -327,7 +329,7 @@ static softshadow_status answer_told(void *ctx, uint64_t begin, uint64_t end) {
     }
     b->counts[begin / LOOK] = to - begin;
     const uint64_t told = end - to - bad;
-    counts.settled = counts.lit, counts.penumbra = told - counts.lit - counts.umbra;
+    counts.settled = counts.lit + counts.umbra, counts.penumbra = told - counts.settled;
     add_counts(b, &counts);
     const softshadow_status status = ss_progress_add(b->progress, told);
     return status ? status : add_bad(b, bad);
@@ -606,7 +608,7 @@ void ss_engine_tell(softshadow *handle, const char *why) {
     handle->options.log(handle->options.user, 2, text);
 }
 
-/* A map of lit points knows of no horizons, and of no bounds. */
+/* A map of lit and dark points knows of no horizons, and of no bounds. */
 static bool sky_fits(const ss_sky *sky, const softshadow_points *points) {
     return !points->normals && !points->primitives && !points->error_bound &&
            ss_sky_holds(sky, ulp_of(points));

@@ -23,7 +23,7 @@ enum {
     SS_NEEDS_COMPONENTS = 8, /* topology's closed components */
     SS_NEEDS_LOD = 16,       /* trace/lod.h: coarser scenes, in queries large enough to repay them */
     SS_NEEDS_SILHOUETTES = 32, /* silhouette/silhouette.h's tree, and the edge table it reads */
-    SS_NEEDS_SKY = 64          /* coverage/sky.h: lit points told first, likewise */
+    SS_NEEDS_SKY = 64          /* coverage/sky.h: lit and dark points told first, likewise */
 };
 
 #define SS_LIGHTS_ALL 15u /* a bit per light type */
