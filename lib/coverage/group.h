@@ -54,8 +54,6 @@ typedef struct ss_group {
     _Alignas(64) float apart[3][SS_LANES]; /* points, in the world's axes, from `middle` on */
     ss_shaft shaft;           /* around all lanes asked */
     float middle[3], half[3]; /* a box around them, with room for rounding */
-    float light_middle[3], light_half[3]; /* around the light; sun: around the directions to it, */
-    float light_finite;                   /* and this is 0, else 1 */
     /* For all lanes, t of a vertex X is within t_least..t_most + t_axis . Y +- t_spread . |Y|, with
      * Y = X - middle. Between t_safe and t_beyond nothing is clipped or too near to any of them. */
     float t_axis[3], t_spread[3], t_least, t_most, t_safe, t_beyond;

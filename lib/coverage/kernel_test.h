@@ -138,22 +138,10 @@ static inline void side_of(const ss_outline_node *o, const vf w[3], const float 
 
 static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
     sides s;
-    vm light_front, light_back;
-    const vf low = f_load(o->offset_low), high = f_load(o->offset_high),
-             finite = f_set(g->light_finite);
-    vf w[3], l[3];
-    for (int k = 0; k < 3; k++) {
-        const vf middle = f_load(o->middle[k]);
-        w[k] = f_sub(f_set(g->middle[k]), middle);
-        l[k] = f_fnma(middle, finite, f_set(g->light_middle[k]));
-    }
-    side_of(o, w, g->half, low, high, &s.front, &s.back);
-    const vf none = f_set(0);
-    const vm is_finite = f_lt(none, finite);
-    side_of(o, l, g->light_half, f_blend(is_finite, none, low), f_blend(is_finite, none, high),
-            &light_front, &light_back);
-    s.hidden = m_or(m_and(s.front, m_or(light_front, m_from(o->drop_front))),
-                    m_and(s.back, m_or(light_back, m_from(o->drop_back))));
+    vf w[3];
+    for (int k = 0; k < 3; k++) w[k] = f_sub(f_set(g->middle[k]), f_load(o->middle[k]));
+    side_of(o, w, g->half, f_load(o->offset_low), f_load(o->offset_high), &s.front, &s.back);
+    s.hidden = m_or(m_and(s.front, m_from(o->drop_front)), m_and(s.back, m_from(o->drop_back)));
     return s;
 }
 
@@ -183,45 +171,36 @@ static inline sides triangle_sides(const ss_group *g, const ss_bvh_leaf *leaf,
         e[k] = f_sub(f_load(leaf->corner[1][k]), from[k]),
         f[k] = f_sub(f_load(leaf->corner[2][k]), from[k]);
     }
-    vf at = f_set(0), slack = f_set(0), light = f_set(0), light_slack = f_set(0), size = f_set(0),
-       longest = f_set(0), room = f_set(0);
+    vf at = f_set(0), slack = f_set(0), size = f_set(0), longest = f_set(0), room = f_set(0);
     for (int k = 0; k < 3; k++) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
         n[k] = f_sub(f_mul(e[i], f[j]), f_mul(e[j], f[i]));
         const vf w = f_sub(f_set(g->middle[k]), from[k]);
-        const vf l = f_fnma(from[k], f_set(g->light_finite), f_set(g->light_middle[k]));
         const vf a = f_abs(n[k]);
-        at = f_fma(n[k], w, at), light = f_fma(n[k], l, light);
+        at = f_fma(n[k], w, at);
         slack = f_fma(a, f_set(SS_SIDE_ERROR), slack);
         room = f_fma(a, f_set(g->half[k]), room);
-        light_slack = f_fma(a, f_set(g->light_half[k] + SS_SIDE_ERROR), light_slack);
         size = f_add(size, a);
         longest = f_max(longest, f_max(f_abs(e[k]), f_abs(f[k])));
     }
     const vf reach = f_set(0x1p-20f);
-    vf w_size = f_set(0), l_size = f_set(0);
+    vf w_size = f_set(0);
     for (int k = 0; k < 3; k++) {
         w_size = f_max(w_size, f_abs(f_sub(f_set(g->middle[k]), from[k])));
-        l_size = f_max(l_size, f_abs(f_set(g->light_middle[k])));
     }
     slack = f_fma(f_mul(size, w_size), reach, f_fma(room, reach, slack));
     room = f_add(room, slack);
-    light_slack = f_fma(f_mul(size, f_add(l_size, f_set(1))), reach, light_slack);
     /* Thinner than rounding: see ss_outline_build(). */
     const vm solid = f_lt(f_mul(longest, f_set(4 * SS_SIDE_ERROR)), size);
-    const vm light_front = f_lt(light_slack, light),
-             light_back = f_lt(f_add(light, light_slack), f_set(0));
     sides s;
     s.front = m_and(solid, f_lt(room, at));
     s.back = m_and(solid, f_lt(f_add(at, room), f_set(0)));
-    const vm front_idle = m_or(light_front, m_from(drop[0])),
-             back_idle = m_or(light_back, m_from(drop[1]));
-    s.hidden = m_or(m_and(s.front, front_idle), m_and(s.back, back_idle));
+    s.hidden = m_or(m_and(s.front, m_from(drop[0])), m_and(s.back, m_from(drop[1])));
     if (!out) return s;
     for (int k = 0; k < 3; k++) f_store(out->n[k], n[k]);
     f_store(out->at, at);
     f_store(out->slack, slack);
-    out->front = m_bits(m_and(solid, front_idle)), out->back = m_bits(m_and(solid, back_idle));
+    out->front = m_bits(solid) & drop[0], out->back = m_bits(solid) & drop[1];
     return s;
 }
 

@@ -37,20 +37,6 @@ static void enclose_points(ss_group *g, const double low[3], const double high[3
 }
 
 /* The light, or the directions to the sun, as anything in the frame's box sees it. */
-static void enclose_light(ss_group *g, const ss_light *light, const ss_shaft_frame *frame) {
-    const bool sun = light->type == SOFTSHADOW_SUN;
-    g->light_finite = sun ? 0 : 1;
-    for (int k = 0; k < 3; k++) {
-        double from = frame->light_low[k], to = frame->light_high[k];
-        if (sun) {
-            const double reach = sqrt(light->u[k] * light->u[k] + light->v[k] * light->v[k]);
-            from = light->normal[k] - reach, to = light->normal[k] + reach;
-        }
-        g->light_middle[k] = (float)(from + (to - from) / 2);
-        g->light_half[k] = (float)((to - from) / 2 + 0x1p-22 * (fabs(from) + fabs(to)));
-    }
-}
-
 void ss_group_enclose(ss_group *g, const ss_light *light, const ss_shaft_frame *frame,
                       const double low[3], const double high[3], const ss_group_views *views) {
     const double *at[3] = {0};
@@ -58,7 +44,6 @@ void ss_group_enclose(ss_group *g, const ss_light *light, const ss_shaft_frame *
     ss_shaft_in_frame(&g->shaft, frame, light, g->bvh->world->extent, low, high,
                       views ? at : NULL, SS_LANES);
     enclose_points(g, low, high);
-    enclose_light(g, light, frame);
 }
 
 void ss_group_widen(ss_group *g, double by) {

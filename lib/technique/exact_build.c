@@ -163,9 +163,7 @@ softshadow_status ss_exact_build(const ss_stage *stage, void **state) {
     if (!status) status = count_culled(e, stage);
     if (!status) status = make_plates(e, stage);
     if (!status) {
-        double low[3], high[3];
-        ss_light_box(stage->light, low, high);
-        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, low, high,
+        status = ss_outline_build(&e->outline, stage->bvh, stage->topology, e->tested, stage->light,
                                   stage->pool);
     }
     if (status)

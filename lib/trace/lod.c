@@ -134,15 +134,13 @@ uint64_t ss_lod_triangles(const ss_lod *lod) {
 softshadow_status ss_lod_light_create(ss_lod_light **out, const ss_lod *lod,
                                       ss_topology *const topology[SS_LEVELS_MOST],
                                       const ss_light *light, ss_pool *pool) {
-    double low[3], high[3];
     *out = NULL;
     ss_lod_light *l = ss_alloc(1, sizeof *l);
     if (!l) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for coarser scenes");
     l->lod = lod;
-    ss_light_box(light, low, high);
     for (uint32_t k = 0; k < lod->count; k++) {
         const softshadow_status status = ss_outline_build(&l->outline[k], lod->level[k].bvh,
-                                                          topology[k], NULL, low, high, pool);
+                                                          topology[k], NULL, light, pool);
         if (!status) continue;
         ss_lod_light_destroy(l);
         return status;

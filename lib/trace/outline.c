@@ -20,10 +20,11 @@ typedef struct builder {
     const uint8_t *tested;
     ss_outline *outline;
     float (*normal)[4]; /* by position in bvh->order; [3] is 0 for a face without a side */
+    uint8_t *lit;       /* by position: sides that all of the light is on, SS_DROP_FRONT or _BACK */
     uint32_t *edge;     /* topology's edge -> ours */
     int32_t *sum;       /* per edge, all 0 between lists */
     uint8_t *drop;      /* per component: SS_DRAW_BOTH .. */
-    const double *light_low, *light_high;
+    const ss_light *light;
 } builder;
 
 /* ---- faces
@@ -34,6 +35,20 @@ static void corner_of(const builder *b, uint32_t triangle, int corner, double ou
     const float *v =
         world->vertices + 3 * (size_t)world->indices[3 * (size_t)triangle + (size_t)corner];
     for (int k = 0; k < 3; k++) out[k] = v[k];
+}
+
+/* The side of a face that all of the light is on, by more than floats would misjudge. What is before a
+ * sphere's polar plane lies between the point and the sphere, too. */
+static uint8_t side_of_light(const ss_light *light, const double n[3], const double corner[3]) {
+    const bool sun = light->type == SOFTSHADOW_SUN;
+    const double u = ss_dot(n, light->u), v = ss_dot(n, light->v);
+    double to[3], reach = light->type == SOFTSHADOW_RECT ? fabs(u) + fabs(v) : sqrt(u * u + v * v);
+    if (light->type == SOFTSHADOW_SPHERE) reach = light->radius;
+    if (sun) memcpy(to, light->normal, sizeof to);
+    else ss_sub(light->centre, corner, to);
+    const double room = reach + 2 * SS_SIDE_ERROR + 0x1p-40 * (ss_length(to) + light->radius);
+    const double height = ss_dot(n, to);
+    return height > room ? SS_DROP_FRONT : height < -room ? SS_DROP_BACK : SS_DRAW_BOTH;
 }
 
 static softshadow_status find_normals(void *ctx, uint64_t begin, uint64_t end) {
@@ -48,7 +63,8 @@ static softshadow_status find_normals(void *ctx, uint64_t begin, uint64_t end) {
         /* A face thinner than the rounding of its corners can turn over when it is projected. */
         b->normal[i][3] = area > SS_SIDE_ERROR * longest ? 1 : 0;
         if (area > 0) {
-            for (int k = 0; k < 3; k++) b->normal[i][k] = (float)(n[k] / area);
+            for (int k = 0; k < 3; k++) n[k] /= area, b->normal[i][k] = (float)n[k];
+            if (b->normal[i][3] != 0) b->lit[i] = side_of_light(b->light, n, v[0]);
         }
     }
     return SOFTSHADOW_OK;
@@ -228,13 +244,15 @@ static bool any_tested(const builder *b, uint32_t first, uint32_t last) {
  * along an edge, one of them inside out, are closed, too; so every edge must have just two uses. */
 static bool find_solids(builder *b) {
     const ss_topology *t = b->topology;
+    double low[3], high[3];
     b->drop = ss_alloc(t->component_count, 1);
     if (!b->drop) return false;
+    ss_light_box(b->light, low, high);
     for (uint32_t c = 0; c < t->component_count; c++) {
         const ss_component *from = &t->components[c];
         bool apart = false;
         for (int k = 0; k < 3; k++) {
-            apart |= b->light_low[k] > from->high[k] || b->light_high[k] < from->low[k];
+            apart |= low[k] > from->high[k] || high[k] < from->low[k];
         }
         if (!from->closed || !apart || from->volume == 0) continue;
         b->drop[c] = from->volume > 0 ? SS_DROP_FRONT : SS_DROP_BACK;
@@ -254,12 +272,14 @@ static uint8_t drop_of(const builder *b, uint32_t triangle) {
     return component == SS_NO_COMPONENT ? SS_DRAW_BOTH : b->drop[component];
 }
 
+/* Where point and light are on one side of a face it is in nobody's way. */
 static void mark_leaves(builder *b) {
     for (uint32_t l = 0; l < b->bvh->leaf_count; l++) {
         const ss_bvh_leaf *leaf = &b->bvh->leaves[l];
         for (uint32_t s = 0; s < leaf->count; s++) {
-            const uint8_t drop = drop_of(b, leaf->triangle[s]);
+            const uint8_t drop = drop_of(b, leaf->triangle[s]), lit = b->lit[leaf->first + s];
             if (drop) b->outline->leaf_drop[l][drop - 1] |= (uint16_t)(1u << s);
+            if (lit) b->outline->leaf_drop[l][lit - 1] |= (uint16_t)(1u << s);
         }
     }
 }
@@ -313,10 +333,11 @@ static bool allocate(builder *b) {
     o->leaf_drop = ss_alloc(o->leaf_count, sizeof *o->leaf_drop);
     o->ends = ss_alloc(edges, sizeof *o->ends);
     b->normal = ss_alloc(triangles, sizeof *b->normal);
+    b->lit = ss_alloc(triangles, sizeof *b->lit);
     b->edge = ss_alloc(edges, sizeof *b->edge);
     b->sum = ss_alloc(edges, sizeof *b->sum);
-    if (!o->nodes || !o->leaf_uses || !o->leaf_drop || !o->ends || !b->normal || !b->edge ||
-        !b->sum)
+    if (!o->nodes || !o->leaf_uses || !o->leaf_drop || !o->ends || !b->normal || !b->lit ||
+        !b->edge || !b->sum)
         return false;
     memset(b->edge, 0xff, edges * sizeof *b->edge);
     return room_for(o, triangles);
@@ -337,18 +358,17 @@ static softshadow_status run(builder *b, ss_pool *pool) {
 }
 
 softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss_topology *topology,
-                                   const uint8_t *tested, const double light_low[3],
-                                   const double light_high[3], ss_pool *pool) {
+                                   const uint8_t *tested, const ss_light *light, ss_pool *pool) {
     *out = NULL;
     builder b = {.bvh = bvh,
                  .topology = topology,
                  .tested = tested,
-                 .light_low = light_low,
-                 .light_high = light_high,
+                 .light = light,
                  .outline = ss_alloc(1, sizeof *b.outline)};
     if (!b.outline) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for outlines");
     const softshadow_status status = run(&b, pool);
     ss_free(b.normal);
+    ss_free(b.lit);
     ss_free(b.edge);
     ss_free(b.sum);
     ss_free(b.drop);

@@ -5,6 +5,7 @@
 #define SS_TRACE_OUTLINE_H
 
 #include "scene/connectivity.h"
+#include "scene/light.h"
 #include "trace/bvh_node.h"
 
 #define SS_NO_USE UINT32_MAX /* of a triangle without area */
@@ -23,8 +24,8 @@ typedef struct ss_outline_node {
     float axis[3][SS_BVH_WIDTH], cosine[SS_BVH_WIDTH], sine[SS_BVH_WIDTH];
     uint32_t first[SS_BVH_WIDTH], count[SS_BVH_WIDTH]; /* boundary uses */
     uint32_t whole; /* a bit for each child whose boundary may stand for it, and is worth it */
-    /* Bits for children all of whose faces need not be drawn where they show their front, or back.
-     */
+    /* Bits for children all of whose faces need not be drawn where they show their front, or back: that
+     * of a solid is left to others, or all of the light is on that side, too. */
     uint16_t drop_front, drop_back;
     uint32_t unused[14];
 } ss_outline_node;
@@ -46,11 +47,9 @@ typedef struct ss_outline {
     uint32_t edge_count, use_count, use_room, node_count, leaf_count;
 } ss_outline;
 
-/* tested: per world triangle, those that no outline may stand for; NULL: none. light_low,
- * light_high: a box that holds the light, however it is seen (sun: infinite). */
+/* tested: per world triangle, those that no outline may stand for; NULL: none. */
 softshadow_status ss_outline_build(ss_outline **out, const ss_bvh *bvh, const ss_topology *topology,
-                                   const uint8_t *tested, const double light_low[3],
-                                   const double light_high[3], ss_pool *pool);
+                                   const uint8_t *tested, const ss_light *light, ss_pool *pool);
 void ss_outline_destroy(ss_outline *outline);
 size_t ss_outline_bytes(const ss_outline *outline);
 
