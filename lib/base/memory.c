@@ -32,6 +32,11 @@ void *ss_alloc(size_t count, size_t size) {
     return memory;
 }
 
+void *ss_alloc_any(size_t count, size_t size) {
+    size_t bytes;
+    return ss_multiply(count, size, &bytes) ? aligned(bytes) : NULL;
+}
+
 void *ss_grow(void *old, size_t kept, size_t count, size_t size) {
     void *memory = ss_alloc(count, size);
     if (!memory) return NULL;

@@ -7,6 +7,8 @@
 #include <stddef.h>
 
 void *ss_alloc(size_t count, size_t size);
+/* The same, of any content: for what is written whole. */
+void *ss_alloc_any(size_t count, size_t size);
 /* Grows to count items, keeping the first `kept`; frees nothing and returns NULL on failure. */
 void *ss_grow(void *old, size_t kept, size_t count, size_t size);
 void ss_free(void *memory);

@@ -55,6 +55,11 @@ typedef ss_wide_ints ss_wide_mask;
 #define SS_WIDE_IS_LESS(a, b)         ((a) < (b))
 #define SS_WIDE_CHOOSE(mask, yes, no) SS_WIDE_PICK(mask, yes, no)
 #endif
+#if SS_FOURS == 4
+#define SS_WIDE_NEGATIVE(ints) ((ss_wide_mask)_mm512_movepi32_mask((__m512i)(ints)))
+#else
+#define SS_WIDE_NEGATIVE(ints) ((ints) >> 31)
+#endif
 #define SS_WIDE_NONE ((ss_wide_mask){0})
 
 /* a where it is the less (more), b where it is not or one is NaN. */

@@ -7,7 +7,8 @@ libsoftshadow_core_la_SOURCES += \
   %D%/cpu/bins.c %D%/cpu/bins.h \
   %D%/cpu/keep.c %D%/cpu/keep.h \
   %D%/cpu/cpu.c \
-  %D%/cpu/scan.c %D%/cpu/scan.h
+  %D%/cpu/scan.c %D%/cpu/scan.h \
+  %D%/cpu/tile_kernel.h
 # Loaded when it is asked for: only the types of libepoxy's headers are used.
 AM_CPPFLAGS += $(EPOXY_CFLAGS)
 libsoftshadow_core_la_SOURCES += \

@@ -55,6 +55,27 @@ typedef struct ss_raster_table {
  * key; which of those that are alike is the machine's to choose, and always the same one. The same
  * twice: for machines that run C, and as text. */
 #define SS_RASTER_INK_TABLES 3
+
+/* A square of texels while it is drawn, in rows as registers take them; of a smaller one at the map's edge
+ * the first columns and rows count. The names are the inks'. */
+#define SS_RASTER_TILE 16
+typedef struct ss_raster_tile {
+    int32_t x, y, width, height;
+    _Alignas(64) float key[SS_RASTER_TILE][SS_RASTER_TILE], depth[SS_RASTER_TILE][SS_RASTER_TILE],
+        value[3][SS_RASTER_TILE][SS_RASTER_TILE];
+} ss_raster_tile;
+
+/* How an ink draws whole tiles: reads what it needs of its planes, adds triangles, says what there is
+ * room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
+struct ss_scan;
+typedef struct ss_raster_tiler {
+    void (*begin)(const void *keep_ctx, ss_raster_tile *tile);
+    void (*draw)(const void *keep_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
+                 uint32_t tag);
+    void (*room)(const void *keep_ctx, const ss_raster_tile *tile, float nearest, float most[2]);
+    void (*end)(const void *keep_ctx, const ss_raster_tile *tile);
+} ss_raster_tiler;
+
 typedef struct ss_raster_ink {
     ss_raster_shade *shade; /* offers and keeps by itself */
     void *ctx;
@@ -76,6 +97,7 @@ typedef struct ss_raster_ink {
     float (*least)(const void *keep_ctx, uint32_t tag, const float *low, const float *high,
                    int *kind);
     void (*room)(const void *keep_ctx, const uint32_t box[4], float nearest, float most[2]);
+    const ss_raster_tiler *tiler; /* instead of shade and room, where the machine has tiles; or NULL */
 } ss_raster_ink;
 
 /* What answers points: text that declares its tables (binding 2 and on) and defines
@@ -126,6 +148,7 @@ typedef struct ss_raster {
     /* The nearest h deeper than `above`: the next layer. */
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
+    bool tiles; /* keep() draws by the ink's tiler, if there is one: all texels are written */
     /* What the ink keeps of the triangles, whose corners may be anywhere. */
     softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);

@@ -62,7 +62,7 @@ static softshadow_status build_maps(const ss_stage *stage, const ss_light_maps_w
     softshadow_status status = ss_frames_fit(&maps->frames, &fit, stage->pool);
     if (status) return status;
     maps->texels = (size_t)params->resolution * params->resolution * maps->frames.count;
-    maps->depth = ss_alloc(maps->texels, sizeof *maps->depth);
+    maps->depth = ss_alloc_any(maps->texels, sizeof *maps->depth);
     uint8_t *held = ss_alloc(stage->world->triangle_count, 1);
     if (!maps->depth || !held) status = no_memory(maps);
     if (!status) status = draw_depth(stage, wish, maps, held);
@@ -88,12 +88,18 @@ softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps
     return status;
 }
 
-softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
-                                          ss_light_maps_answer *answer) {
-    maps->plane = ss_alloc(maps->texels, channels * sizeof *maps->plane);
-    if (!maps->plane) return no_memory(maps);
+static softshadow_status take_plane(ss_light_maps *maps, const char *name, uint32_t channels,
+                                    ss_light_maps_answer *answer, float *plane) {
+    maps->plane = plane;
+    if (!plane) return no_memory(maps);
     maps->plane_name = name, maps->channels = channels, maps->answer = answer;
     return SOFTSHADOW_OK;
+}
+
+softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
+                                          ss_light_maps_answer *answer) {
+    return take_plane(maps, name, channels, answer,
+                      ss_alloc(maps->texels, channels * sizeof *maps->plane));
 }
 
 void ss_light_maps_destroy(void *state) {
@@ -314,16 +320,10 @@ void ss_light_maps_look(const void *state, const ss_point *points, size_t n, flo
 
 /* ---- outer penumbrae ------------------------------------------------------------------------ */
 
-softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name) {
-    const softshadow_status status = ss_light_maps_add_plane(maps, name, SS_OUTER_CHANNELS,
-                                                             ss_outer_answer);
+softshadow_status ss_outer_add_plane(ss_light_maps *maps, const char *name) {
+    float *plane = ss_alloc_any(maps->texels, SS_OUTER_CHANNELS * sizeof *plane);
     maps->channel_names = "depth,occluder,rise,key";
-    for (size_t i = 0; !status && i < maps->texels; i++) {
-        float *texel = maps->plane + i * SS_OUTER_CHANNELS;
-        texel[SS_OUTER_DEPTH] = maps->depth[i];
-        texel[SS_OUTER_VERTEX] = SS_MAP_FAR, texel[SS_OUTER_RISE] = 0, texel[SS_OUTER_KEY] = 1;
-    }
-    return status;
+    return take_plane(maps, name, SS_OUTER_CHANNELS, ss_outer_answer, plane);
 }
 
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,

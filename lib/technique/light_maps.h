@@ -139,7 +139,8 @@ void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_po
  * coordinate of the map's own receiver, by which the darkest was kept. At a receiver at h_p the outer
  * coordinate is rise / (h_p - h_v). */
 enum { SS_OUTER_DEPTH, SS_OUTER_VERTEX, SS_OUTER_RISE, SS_OUTER_KEY, SS_OUTER_CHANNELS };
-softshadow_status ss_outer_clear(ss_light_maps *maps, const char *name);
+/* The plane, to be filled. */
+softshadow_status ss_outer_add_plane(ss_light_maps *maps, const char *name);
 /* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
                     float rise);

@@ -25,8 +25,9 @@ libsoftshadow_core_la_SOURCES += \
   %D%/smoothie.c
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md
 # Compiled for each instruction set, in the libraries of base/local.mk.
-libss_scalar_la_SOURCES += %D%/answers_scalar.c %D%/answers_kernel.h
+libss_scalar_la_SOURCES += %D%/answers_scalar.c %D%/answers_kernel.h \
+  %D%/offers_scalar.c %D%/offers_kernel.h %D%/offers.h
 if HAVE_X86
-libss_avx2_la_SOURCES += %D%/answers_avx2.c
-libss_avx512_la_SOURCES += %D%/answers_avx512.c
+libss_avx2_la_SOURCES += %D%/answers_avx2.c %D%/offers_avx2.c
+libss_avx512_la_SOURCES += %D%/answers_avx512.c %D%/offers_avx512.c
 endif

@@ -3,32 +3,27 @@
 #include <math.h>
 
 #include "base/lanes.h"
+#include "base/cpu.h"
 #include "base/memory.h"
+#include "technique/offers.h"
 
 /* Where a pen's offers go when a GPU has chosen among them. */
-typedef struct sheet {
-    float *texels; /* of the face */
-    uint32_t side;
-    float far;
-    const ss_outer_pen *pen;
-} sheet;
-
 static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
-    const sheet *s = ctx;
+    const ss_outer_sheet *s = ctx;
     float *texel = s->texels + ((size_t)y * s->side + x) * SS_OUTER_CHANNELS;
     texel[SS_OUTER_VERTEX] = value[0], texel[SS_OUTER_RISE] = value[1], texel[SS_OUTER_KEY] = key;
 }
 
 static float least_rise(const void *ctx, uint32_t tag, const float *low, const float *high,
                         int *kind) {
-    const sheet *s = ctx;
+    const ss_outer_sheet *s = ctx;
     (void)kind;
     return s->pen->rise(s->pen->ctx, ss_rim_least(tag, low, high), high[1]);
 }
 
 /* A rise is kept where it is less than key (receiver - vertex). */
 static void room(const void *ctx, const uint32_t box[4], float nearest, float most[2]) {
-    const sheet *s = ctx;
+    const ss_outer_sheet *s = ctx;
     const ss_floats far = ss_floats_all(s->far);
     ss_floats sum = {0, 0, 0, 0};
     for (uint32_t y = box[1]; y <= box[3]; y++) {
@@ -46,14 +41,31 @@ static void room(const void *ctx, const uint32_t box[4], float nearest, float mo
     most[0] = most[1] = fmaxf(fmaxf(sum[0], sum[1]), fmaxf(sum[2], sum[3]));
 }
 
-/* The pen's own shade() offers to the plane, which keep() fills otherwise. */
+static void clear(const ss_outer_sheet *s) {
+    for (size_t i = 0; i < (size_t)s->side * s->side; i++) {
+        float *texel = s->texels + i * SS_OUTER_CHANNELS;
+        texel[SS_OUTER_DEPTH] = s->depth[i];
+        texel[SS_OUTER_VERTEX] = SS_MAP_FAR, texel[SS_OUTER_RISE] = 0, texel[SS_OUTER_KEY] = 1;
+    }
+}
+
+static const ss_raster_tiler *const tilers[] = {
+#ifdef SS_HAVE_X86
+    &ss_offers_outer_scalar, &ss_offers_outer_avx2, &ss_offers_outer_avx512
+#else
+    &ss_offers_outer_scalar, &ss_offers_outer_scalar, &ss_offers_outer_scalar
+#endif
+};
+
+/* Tiles fill the plane as they are drawn; else the pen's own shade() offers to it, or keep() does. */
 static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
                                   const ss_raster_triangle *triangles, size_t count,
                                   const ss_outer_pen *pen) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side, first = face * n;
-    sheet s = {maps->plane + first * SS_OUTER_CHANNELS, side, (float)maps->frames.face[face].far_h,
-               pen};
+    ss_outer_sheet s = {maps->plane + first * SS_OUTER_CHANNELS, maps->depth + first, side,
+                        (float)maps->frames.face[face].far_h, pen->words[0],
+                        1 / pen->words[0], pen};
     ss_outer_pen own = *pen;
     own.words[3] = (float)maps->frames.face[face].far_h;
     const ss_raster_ink ink = {.shade = pen->shade,
@@ -66,7 +78,9 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                .keep = keep,
                                .keep_ctx = &s,
                                .least = least_rise,
-                               .room = room};
+                               .room = room,
+                               .tiler = pen->plain ? tilers[stage->rung] : NULL};
+    if (!ink.tiler || !stage->raster->tiles) clear(&s);
     return stage->raster->keep(triangles, count, side, &ink, stage->pool);
 }
 
@@ -91,7 +105,7 @@ static softshadow_status draw_all(const ss_stage *stage, ss_light_maps *maps, co
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
     maps->silhouette_edges = found.count;
-    if (found.count) status = ss_outer_clear(maps, plane);
+    if (found.count) status = ss_outer_add_plane(maps, plane);
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = draw(stage, maps, &found, face);
     }

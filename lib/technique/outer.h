@@ -16,7 +16,17 @@ typedef struct ss_outer_pen {
     void *ctx;
     const char *glsl;
     float words[4]; /* the last is far_h, filled in */
+    bool plain; /* is rise away * words[0]? */
 } ss_outer_pen;
+
+/* A face while it is drawn. */
+typedef struct ss_outer_sheet {
+    float *texels;      /* of the face */
+    const float *depth; /* likewise */
+    uint32_t side;
+    float far, per_texel, texels_per; /* the last: its inverse */
+    const ss_outer_pen *pen;
+} ss_outer_sheet;
 
 #define SS_OUTER_GLSL \
     "layout(std430, binding = 4) readonly buffer Depths { float depths[]; };\n" \

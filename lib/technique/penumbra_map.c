@@ -52,7 +52,7 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_frame *frame = &maps->frames.face[face];
     const ss_rim_style style = {.width = cone_radius, .ctx = frame, .tangent = true};
     sheet s = {maps, face, (float)(1 / ss_frame_rate(frame))};
-    const ss_outer_pen pen = {shade, rise, &s, glsl, {s.per_texel}};
+    const ss_outer_pen pen = {shade, rise, &s, glsl, {s.per_texel}, true};
     return ss_outer_paint(stage, maps, found, face, &style, &pen);
 }
 

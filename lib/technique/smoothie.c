@@ -70,7 +70,8 @@ static softshadow_status draw_face(const ss_stage *stage, const ss_light_maps *m
     const ss_outer_pen pen = {
         shade, rise, &s, glsl,
         {s.per_texel, by_light ? 0 : (float)(frame->texel / s.wide),
-         by_light ? 0 : (float)(1 / frame->inverse)}};
+         by_light ? 0 : (float)(1 / frame->inverse)},
+        by_light};
     return ss_outer_paint(stage, maps, found, face, &style, &pen);
 }
 

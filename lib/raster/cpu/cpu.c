@@ -207,4 +207,4 @@ static softshadow_status keep(const ss_raster_triangle *triangles, size_t count,
 }
 
 const ss_raster ss_raster_cpu = {
-    .name = "cpu", .depth = depth, .peel = peel, .keep = keep};
+    .name = "cpu", .tiles = true, .depth = depth, .peel = peel, .keep = keep};

@@ -14,9 +14,11 @@
 #include "raster/casters.h"
 #include "raster/cpu/bins.h"
 
-#define TILE    16 /* texels along a side; two rows of tiles make a band */
+#define TILE    SS_RASTER_TILE /* texels along a side; two rows of tiles make a band */
 #define BUCKETS 32 /* of distance, in a tile */
 #define LOOK_EACH 8 /* triangles drawn until it is asked again what a tile has room for */
+#define LOOK_TILED 3 /* likewise of a tiler, which knows sooner */
+#define ROOMS 4 /* depths that a tile is asked for */
 #define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped triangle */
 
 typedef struct sketch {
@@ -105,39 +107,71 @@ static inline void bound(const ss_scan *s, const int32_t box[4], ss_floats *low,
     *high = ss_floats_less(ss_floats_more(b, least), most);
 }
 
+/* An edge at the centre of the first texel, and its steps: as in a block, of any size. */
+typedef struct edge {
+    int64_t at;
+    int32_t right, up;
+} edge;
+
+static inline void set_edges(const ss_scan *s, edge e[3]) {
+    const bool turn = ss_scan_area(s) < 0;
+    const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
+    for (int k = 0; k < 3; k++) {
+        const int i = order[k], j = order[k + 1];
+        const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
+        const int64_t px = (int64_t)s->first_x * SS_SUBTEXELS + 128 - s->x[i];
+        const int64_t py = (int64_t)s->first_y * SS_SUBTEXELS + 128 - s->y[i];
+        e[k] = (edge){(dx * py - dy * px - !ss_scan_top_or_left(dx, dy)) >> 8, -dy, dx};
+    }
+}
+
+/* Is all of a box outside of an edge? Then so is its best corner. */
+static inline bool misses(const ss_scan *s, const edge e[3], const int32_t box[4]) {
+    int64_t least = 0;
+    for (int k = 0; k < 3; k++) {
+        const int64_t x = (e[k].right > 0 ? box[2] : box[0]) - s->first_x;
+        const int64_t y = (e[k].up > 0 ? box[3] : box[1]) - s->first_y;
+        least |= e[k].at + x * e[k].right + y * e[k].up;
+    }
+    return least < 0; /* one of them is */
+}
+
+static bool add_visit(band *b, const visit *v) {
+    if (b->count == b->room) {
+        const size_t wanted = 2 * b->room + 4096;
+        visit *grown = ss_grow(b->visits, b->count, wanted, sizeof *grown);
+        if (!grown) return false;
+        b->visits = grown, b->room = wanted;
+    }
+    b->visits[b->count++] = *v;
+    return true;
+}
+
 static bool add_visits(band *b, uint32_t part) {
     const sketch *s = b->sketch;
     const ss_scan *scan = &s->parts[part];
     const uint32_t tag = s->triangles[s->owner[part]].tag;
     const int32_t low = greatest_of(scan->first_y, b->first_row),
                   high = least_of(scan->last_y, b->last_row);
+    edge edges[3];
+    set_edges(scan, edges);
     for (int32_t row = (low - b->first_row) / TILE; row <= (high - b->first_row) / TILE; row++) {
         for (int32_t column = scan->first_x / TILE; column <= scan->last_x / TILE; column++) {
             const int32_t x = column * TILE, y = b->first_row + row * TILE;
-            const int32_t box[4] = {greatest_of(x, scan->first_x), greatest_of(y, scan->first_y),
+            const int32_t box[4] = {greatest_of(x, scan->first_x), greatest_of(y, low),
                                     least_of(x + TILE - 1, scan->last_x),
-                                    least_of(y + TILE - 1, least_of(b->last_row, scan->last_y))};
-            ss_scan_block block = {.x = box[0], .y = box[1], .width = box[2] - box[0] + 1,
-                                   .height = box[3] - box[1] + 1};
-            if (!ss_scan_block_set(&block, scan)) continue;
-            if (b->count == b->room) {
-                const size_t wanted = 2 * b->room + 4096;
-                visit *grown = ss_grow(b->visits, b->count, wanted, sizeof *grown);
-                if (!grown) return false;
-                b->visits = grown, b->room = wanted;
-            }
+                                    least_of(y + TILE - 1, high)};
+            if (misses(scan, edges, box)) continue;
             ss_floats lowest, highest;
             bound(scan, box, &lowest, &highest);
             float from[4], to[4];
             ss_floats_store(from, lowest), ss_floats_store(to, highest);
             int kind = 0;
-            const float least = s->ink->least(s->ink->keep_ctx, tag, from, to, &kind);
-            b->visits[b->count++] =
-                (visit){.part = part,
-                        .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column),
-                        .kind = (uint8_t)kind,
-                        .least = least,
-                        .nearest = from[1]};
+            visit v = {.part = part, .nearest = from[1],
+                       .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column)};
+            v.least = s->ink->least(s->ink->keep_ctx, tag, from, to, &kind);
+            v.kind = (uint8_t)kind;
+            if (!add_visit(b, &v)) return false;
         }
     }
     return true;
@@ -145,18 +179,19 @@ static bool add_visits(band *b, uint32_t part) {
 
 /* A tile's distances are spread over its buckets. */
 typedef struct span {
-    float least, most, nearest;
+    float least, most, nearest, farthest; /* the last two: of visits' `nearest` */
 } span;
 
 static bool sort_visits(band *b, span *spans) {
     const uint32_t tiles = 2 * b->across;
-    for (uint32_t t = 0; t < tiles; t++) spans[t] = (span){INFINITY, -INFINITY, INFINITY};
+    for (uint32_t t = 0; t < tiles; t++) spans[t] = (span){INFINITY, -INFINITY, INFINITY, -INFINITY};
     for (size_t i = 0; i < b->count; i++) {
         const visit *v = &b->visits[i];
         span *to = &spans[v->tile];
         to->least = v->least < to->least ? v->least : to->least;
         to->most = v->least > to->most ? v->least : to->most;
         to->nearest = v->nearest < to->nearest ? v->nearest : to->nearest;
+        to->farthest = v->nearest > to->farthest ? v->nearest : to->farthest;
     }
     memset(b->start, 0, ((size_t)tiles * BUCKETS + 1) * sizeof *b->start);
     for (size_t i = 0; i < b->count; i++) {
@@ -167,7 +202,7 @@ static bool sort_visits(band *b, span *spans) {
         b->start[v->tile * BUCKETS + v->bucket + 1]++;
     }
     for (size_t i = 0; i < (size_t)tiles * BUCKETS; i++) b->start[i + 1] += b->start[i];
-    b->order = ss_alloc(b->count, sizeof *b->order);
+    b->order = ss_alloc_any(b->count, sizeof *b->order);
     if (!b->order) return false;
     for (size_t i = 0; i < b->count; i++) {
         const visit *v = &b->visits[i];
@@ -176,17 +211,25 @@ static bool sort_visits(band *b, span *spans) {
     return true; /* start[k] is now where bucket k ends */
 }
 
-static void draw_tile(const band *b, uint32_t tile, const span *of) {
-    const sketch *s = b->sketch;
-    const uint32_t begin = tile ? b->start[tile * BUCKETS - 1] : 0,
-                   end = b->start[(tile + 1) * BUCKETS - 1];
+/* Texels of a tile, the last column and row included. */
+static void box_of(const band *b, uint32_t tile, uint32_t box[4]) {
     const int32_t row = b->first_row + (int32_t)(tile / b->across) * TILE;
-    const uint32_t column = tile % b->across * TILE, last = s->resolution - 1;
-    const uint32_t box[4] = {column, (uint32_t)row,
-                             column + TILE - 1 < last ? column + TILE - 1 : last,
-                             (uint32_t)least_of(row + TILE - 1, b->last_row)};
+    const uint32_t column = tile % b->across * TILE, last = b->sketch->resolution - 1;
+    box[0] = column, box[1] = (uint32_t)row;
+    box[2] = column + TILE - 1 < last ? column + TILE - 1 : last;
+    box[3] = (uint32_t)least_of(row + TILE - 1, b->last_row);
+}
+
+/* A tile's visits, in order: numbers of `order`. */
+static void visits_of(const band *b, uint32_t tile, uint32_t *begin, uint32_t *end) {
+    *begin = tile ? b->start[tile * BUCKETS - 1] : 0, *end = b->start[(tile + 1) * BUCKETS - 1];
+}
+
+static void draw_runs(const band *b, uint32_t tile, const span *of) {
+    const sketch *s = b->sketch;
+    uint32_t begin, end, box[4], since = 0;
     float room[2] = {INFINITY, INFINITY};
-    uint32_t since = 0;
+    visits_of(b, tile, &begin, &end), box_of(b, tile, box);
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
         if (since >= LOOK_EACH && v->least > 0)
@@ -199,6 +242,52 @@ static void draw_tile(const band *b, uint32_t tile, const span *of) {
     }
 }
 
+/* What a tile has room for, of things not nearer than each of some depths from the nearest to the farthest
+ * of its triangles. */
+typedef struct rooms {
+    float nearest, per, most[ROOMS][2];
+} rooms;
+
+static void find_rooms(const band *b, const ss_raster_tile *tile, const span *of, rooms *r) {
+    const ss_raster_ink *ink = b->sketch->ink;
+    const float step = (of->farthest - of->nearest) / ROOMS;
+    r->nearest = of->nearest, r->per = step > 0 ? (1 - 0x1p-16f) / step : 0;
+    for (int i = 0; i < ROOMS; i++) {
+        const float at = of->nearest + (float)i * step, rounding = 0x1p-21f * fabsf(at);
+        ink->tiler->room(ink->keep_ctx, tile, at - rounding, r->most[i]);
+        if (!(step > 0)) return;
+    }
+}
+
+static inline bool has_room(const rooms *r, const visit *v) {
+    const float level = (v->nearest - r->nearest) * r->per;
+    return v->least < r->most[level < ROOMS ? (int)level : ROOMS - 1][v->kind];
+}
+
+static void draw_tile(const band *b, uint32_t number, const span *of) {
+    const sketch *s = b->sketch;
+    const ss_raster_tiler *tiler = s->ink->tiler;
+    uint32_t begin, end, box[4], since = 0;
+    bool looked = false;
+    visits_of(b, number, &begin, &end), box_of(b, number, box);
+    if (box[1] > box[3]) return; /* below the map's last row */
+    ss_raster_tile tile;
+    rooms r;
+    tile.x = (int32_t)box[0], tile.y = (int32_t)box[1];
+    tile.width = (int32_t)(box[2] - box[0]) + 1, tile.height = (int32_t)(box[3] - box[1]) + 1;
+    tiler->begin(s->ink->keep_ctx, &tile);
+    for (uint32_t i = begin; i < end; i++) {
+        const visit *v = &b->visits[b->order[i]];
+        if (since >= LOOK_TILED && v->least > 0)
+            find_rooms(b, &tile, of, &r), since = 0, looked = true;
+        if (looked && !has_room(&r, v)) continue;
+        tiler->draw(s->ink->keep_ctx, &tile, &s->parts[v->part],
+                    s->triangles[s->owner[v->part]].tag);
+        since++;
+    }
+    tiler->end(s->ink->keep_ctx, &tile);
+}
+
 static softshadow_status draw_band(band *b, span *spans, uint32_t index) {
     const sketch *s = b->sketch;
     softshadow_status status = SOFTSHADOW_OK;
@@ -208,7 +297,8 @@ static softshadow_status draw_band(band *b, span *spans, uint32_t index) {
         fine = add_visits(b, s->bins.item[i]);
     }
     fine = fine && sort_visits(b, spans);
-    for (uint32_t tile = 0; tile < 2 * b->across && fine; tile++) draw_tile(b, tile, &spans[tile]);
+    for (uint32_t tile = 0; tile < 2 * b->across && fine; tile++)
+        (s->ink->tiler ? draw_tile : draw_runs)(b, tile, &spans[tile]);
     if (!fine) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for penumbrae");
     ss_free(b->start), ss_free(b->order), ss_free(b->visits);
     return status;
@@ -239,8 +329,8 @@ static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool)
     for (size_t t = 0; t < count; t++) {
         s->first[t + 1] = s->first[t] + (is_far(&s->triangles[t]) ? MOST_PARTS : 1);
     }
-    s->parts = ss_alloc(s->first[count], sizeof *s->parts);
-    s->owner = ss_alloc(s->first[count], sizeof *s->owner);
+    s->parts = ss_alloc_any(s->first[count], sizeof *s->parts);
+    s->owner = ss_alloc_any(s->first[count], sizeof *s->owner);
     if (!s->parts || !s->owner) return SOFTSHADOW_E_MEMORY;
     softshadow_status status = ss_parallel_for(pool, count, 1024, set_up, s);
     if (!status) {

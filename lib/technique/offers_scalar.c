@@ -1,0 +1,2 @@
+#define RUNG(name) name##_scalar
+#include "technique/offers_kernel.h"
