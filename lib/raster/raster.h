@@ -69,11 +69,11 @@ typedef struct ss_raster_tile {
  * room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
 struct ss_scan;
 typedef struct ss_raster_tiler {
-    void (*begin)(const void *keep_ctx, ss_raster_tile *tile);
-    void (*draw)(const void *keep_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
+    void (*begin)(const void *tiler_ctx, ss_raster_tile *tile);
+    void (*draw)(const void *tiler_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
                  uint32_t tag);
-    void (*room)(const void *keep_ctx, const ss_raster_tile *tile, float nearest, float most[2]);
-    void (*end)(const void *keep_ctx, const ss_raster_tile *tile);
+    void (*room)(const void *tiler_ctx, const ss_raster_tile *tile, float nearest, float most[2]);
+    void (*end)(const void *tiler_ctx, const ss_raster_tile *tile);
 } ss_raster_tiler;
 
 typedef struct ss_raster_ink {
@@ -98,6 +98,7 @@ typedef struct ss_raster_ink {
                    int *kind);
     void (*room)(const void *keep_ctx, const uint32_t box[4], float nearest, float most[2]);
     const ss_raster_tiler *tiler; /* instead of shade and room, where the machine has tiles; or NULL */
+    const void *tiler_ctx;
 } ss_raster_ink;
 
 /* What answers points: text that declares its tables (binding 2 and on) and defines

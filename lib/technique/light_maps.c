@@ -102,6 +102,12 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
                       ss_alloc(maps->texels, channels * sizeof *maps->plane));
 }
 
+softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
+                                        ss_light_maps_answer *answer) {
+    return take_plane(maps, name, channels, answer,
+                      ss_alloc_any(maps->texels, channels * sizeof *maps->plane));
+}
+
 void ss_light_maps_destroy(void *state) {
     ss_light_maps *maps = state;
     if (!maps) return;
@@ -319,12 +325,6 @@ void ss_light_maps_look(const void *state, const ss_point *points, size_t n, flo
 }
 
 /* ---- outer penumbrae ------------------------------------------------------------------------ */
-
-softshadow_status ss_outer_add_plane(ss_light_maps *maps, const char *name) {
-    float *plane = ss_alloc_any(maps->texels, SS_OUTER_CHANNELS * sizeof *plane);
-    maps->channel_names = "depth,occluder,rise,key";
-    return take_plane(maps, name, SS_OUTER_CHANNELS, ss_outer_answer, plane);
-}
 
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
                     float rise) {

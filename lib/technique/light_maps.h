@@ -59,6 +59,9 @@ softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps
 /* A plane of `channels` a texel for all faces, zero, and what answers from it. */
 softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name, uint32_t channels,
                                           ss_light_maps_answer *answer);
+/* The same, of any content: to be written whole. */
+softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
+                                        ss_light_maps_answer *answer);
 
 /* The technique vtable's, for states that begin with an ss_light_maps and hold nothing else. */
 void ss_light_maps_destroy(void *state);
@@ -139,8 +142,6 @@ void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_po
  * coordinate of the map's own receiver, by which the darkest was kept. At a receiver at h_p the outer
  * coordinate is rise / (h_p - h_v). */
 enum { SS_OUTER_DEPTH, SS_OUTER_VERTEX, SS_OUTER_RISE, SS_OUTER_KEY, SS_OUTER_CHANNELS };
-/* The plane, to be filled. */
-softshadow_status ss_outer_add_plane(ss_light_maps *maps, const char *name);
 /* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,
                     float rise);

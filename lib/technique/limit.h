@@ -73,6 +73,10 @@ static inline float ss_limit_key(const ss_limit_face *f, size_t texel, float c, 
 /* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. */
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found);
+/* Does that write every texel, and no keys? */
+static inline bool ss_limit_tiled(const ss_stage *stage, uint32_t side) {
+    return stage->raster->tiles && side <= 32768;
+}
 /* The same from nothing but a depth image. */
 softshadow_status ss_limit_propagate(const ss_stage *stage, ss_limit_face *face);
 

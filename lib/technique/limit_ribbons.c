@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "technique/limit.h"
+#include "technique/offers.h"
 
 typedef struct ribbons {
     ss_limit_face *face;
@@ -109,6 +110,14 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r,
                               const ss_raster_triangle *triangles, size_t count) {
     const ss_limit_face *f = r->face;
     const float words[] = {f->per_texel, f->near, (float)f->frame->far_h, f->highest};
+    const ss_offer_face tiled = {.depth = f->depth,
+                                 .texels = f->texels,
+                                 .rows = r->rim->row,
+                                 .side = f->side,
+                                 .per_texel = f->per_texel,
+                                 .near = f->near,
+                                 .far = (float)f->frame->far_h,
+                                 .paper = f->highest};
     ss_raster_ink ink = {.shade = shade,
                          .ctx = r,
                          .offer_glsl = glsl,
@@ -116,7 +125,10 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r,
                          .keep = keep,
                          .keep_ctx = r,
                          .least = least_limit,
-                         .room = room};
+                         .room = room,
+                         .tiler = ss_limit_tiled(stage, f->side) ? SS_OFFERS_OF(ss_offers_limit, stage->rung)
+                                                           : NULL,
+                         .tiler_ctx = &tiled};
     ss_rim_tables(r->rim, f->depth, f->side, words, sizeof words / sizeof *words, &ink);
     return stage->raster->keep(triangles, count, f->side, &ink, stage->pool);
 }

@@ -4,6 +4,7 @@
 
 #include "raster/cpu/tile_kernel.h"
 #include "technique/offers.h"
+#include "technique/limit.h"
 #include "technique/outer.h"
 
 SS_TILE_INLINE void root_of(const ss_wide *x, ss_wide *out) {
@@ -107,3 +108,204 @@ static void outer_end(const void *ctx, const ss_raster_tile *tile) {
 }
 
 const ss_raster_tiler RUNG(ss_offers_outer) = {outer_begin, outer_draw, outer_room, outer_end};
+
+/* ---- what a texel hangs on ------------------------------------------------------------------- */
+
+#define CONSTANT_AT(plane, row, column) (*(const ss_wide_there *)((plane)[row] + (column)))
+
+SS_TILE_INLINE ss_wide size_of(ss_wide x) { return (ss_wide)((ss_wide_ints)x & INT32_MAX); }
+
+/* ss_rim_foot */
+typedef struct foot {
+    ss_wide away, place[2], outwards[2];
+    ss_wide_mask inside;
+} foot;
+
+SS_TILE_INLINE void strip_foot(const float *rim, int32_t x, int32_t y, const ss_wide *away,
+                               foot *out) {
+    ss_wide_ints lane;
+    for (int i = 0; i < SS_LANES; i++) lane[i] = x + i;
+    const ss_wide column = __builtin_convertvector(lane, ss_wide) + .5f;
+    const ss_wide along = rim[SS_RIM_WIDE] * *away, zero = {0};
+    const float row = (float)y + .5f;
+    out->away = *away;
+    out->place[0] = column - along * rim[SS_RIM_RIGHT];
+    out->place[1] = row - along * rim[SS_RIM_RIGHT + 1];
+    for (int k = 0; k < 2; k++) out->outwards[k] = SS_WIDE_ALL(rim[SS_RIM_RIGHT + k]);
+    out->inside = SS_WIDE_IS_LESS(*away, zero);
+}
+
+SS_TILE_INLINE void corner_foot(const float *rim, const ss_wide a[SS_RASTER_ATTRIBUTES],
+                                const ss_wide *away, const ss_wide_mask *inside, foot *out) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, square = a[0] * a[0] + a[2] * a[2];
+    const ss_wide sign = SS_WIDE_CHOOSE(*inside, -one, one);
+    ss_wide length;
+    root_of(&square, &length);
+    const ss_wide per = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, length), sign / length, zero);
+    out->away = sign * *away;
+    out->outwards[0] = a[0] * per, out->outwards[1] = a[2] * per;
+    for (int k = 0; k < 2; k++) out->place[k] = SS_WIDE_ALL(rim[SS_RIM_PLACE + k]);
+    out->inside = *inside;
+}
+
+/* Of corners: what is inside of them, as the tag or, for discs, what covers the texel says. */
+SS_TILE_INLINE ss_wide_mask corner_inside(uint32_t tag, ss_wide_mask covered) {
+    if (tag & SS_RIM_DISC) return covered;
+    return tag & SS_RIM_INSIDE ? (ss_wide_mask)~SS_WIDE_NONE : SS_WIDE_NONE;
+}
+
+/* ss_rim_open() */
+SS_TILE_INLINE void depth_past(const ss_offer_face *f, const foot *at, float way, ss_wide *out) {
+    const ss_wide most = SS_WIDE_ALL((float)(f->side - 1)), zero = {0};
+    ss_wide x = at->place[0] + way * at->outwards[0], y = at->place[1] + way * at->outwards[1];
+    x = SS_WIDE_MORE(x, zero), x = SS_WIDE_LESS(x, most);
+    y = SS_WIDE_MORE(y, zero), y = SS_WIDE_LESS(y, most);
+    const ss_wide_ints column = __builtin_convertvector(x, ss_wide_ints);
+    const ss_wide_ints row = __builtin_convertvector(y, ss_wide_ints);
+    const ss_wide_ints index = row * (int32_t)f->side + column;
+    ss_wide_gather(f->depth, &index, out);
+}
+
+SS_TILE_INLINE void open_past(const ss_offer_face *f, const foot *at, ss_wide *out) {
+    ss_wide near, far;
+    depth_past(f, at, 1.5f, &near), depth_past(f, at, 2.5f, &far);
+    *out = SS_WIDE_MORE(near, far);
+}
+
+/* Depths from the map; keys and values at first, of which a tile's empty columns have `none`. */
+SS_TILE_INLINE void face_begin(const ss_offer_face *f, ss_raster_tile *tile, float none) {
+    for (int32_t row = 0; row < tile->height; row++) {
+        ss_tile_read(tile, f->depth, f->side, row, tile->depth[row]);
+        for (int32_t x = 0; x < SS_RASTER_TILE; x++) {
+            tile->key[row][x] = x < tile->width ? SS_MAP_FAR : none;
+            for (int k = 0; k < 3; k++) tile->value[k][row][x] = 0;
+        }
+    }
+}
+
+/* The most of two sums over a tile's texels, begun at 0. */
+SS_TILE_INLINE void most_of(const ss_wide sum[2], float most[2]) {
+    most[0] = most[1] = 0;
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < SS_LANES; i++) most[k] = sum[k][i] > most[k] ? sum[k][i] : most[k];
+    }
+}
+
+SS_TILE_INLINE void keep_value(float (*plane)[SS_RASTER_TILE], int32_t row, int32_t x,
+                               ss_wide_mask better, ss_wide value) {
+    ss_wide_there *to = SS_TILE_AT(plane, row, x);
+    *to = SS_WIDE_CHOOSE(better, value, (ss_wide)*to);
+}
+
+/* ---- penumbra-limit -------------------------------------------------------------------------- */
+
+static void limit_begin(const void *ctx, ss_raster_tile *tile) {
+    face_begin(ctx, tile, 0);
+    for (int32_t row = 0; row < tile->height; row++) {
+        for (int32_t x = 0; x < SS_RASTER_TILE; x++) tile->value[0][row][x] = SS_MAP_FAR;
+    }
+}
+
+/* The depth of whom it is for, from c on: ss_limit_receiver(). */
+SS_TILE_INLINE ss_wide limit_receiver(const ss_offer_face *f, ss_wide depth, ss_wide c,
+                                      ss_wide_mask outside) {
+    const ss_wide far = SS_WIDE_ALL(f->far), near = c + f->near;
+    const ss_wide_mask before = SS_WIDE_IS_LESS(depth, far) & outside;
+    const ss_wide most = SS_WIDE_CHOOSE(before, depth, far);
+    return SS_WIDE_MORE(most, near);
+}
+
+/* ss_limit_outside() */
+SS_TILE_INLINE ss_wide_mask limit_outside(const ss_offer_face *f, ss_wide depth, ss_wide c,
+                                          ss_wide q) {
+    const ss_wide per = SS_WIDE_ALL(f->per_texel), edge = c - f->near, limit = c + q;
+    const ss_wide reached = depth + SS_LIMIT_RAISE * f->per_texel;
+    const ss_wide_mask beyond = SS_WIDE_IS_LESS(per, q), at_edge = SS_WIDE_IS_LESS(edge, depth);
+    const ss_wide_mask begun = SS_WIDE_IS_LESS(c, depth) & SS_WIDE_IS_LESS(limit, reached);
+    return (beyond & begun) | (~beyond & at_edge);
+}
+
+/* The key where light gets down to `open`: ss_limit_away(). */
+SS_TILE_INLINE ss_wide limit_folded(const ss_offer_face *f, ss_wide c, ss_wide size, ss_wide receiver,
+                                    ss_wide away, ss_wide open, ss_wide_mask outside) {
+    const ss_wide one = SS_WIDE_ALL(1.f), opened = open + f->near;
+    const ss_wide_mask fold = ~outside & SS_WIDE_IS_LESS(opened, receiver) &
+                              SS_WIDE_IS_LESS(away, one);
+    if (!ss_wide_any(fold)) return away;
+    const ss_wide top = SS_WIDE_MORE(open, c), behind = size / (receiver - top);
+    const ss_wide folded = 1 - (SS_WIDE_LESS(behind, one) - away);
+    return SS_WIDE_CHOOSE(fold, folded, away);
+}
+
+SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,
+                                const ss_wide a[SS_RASTER_ATTRIBUTES], const ss_wide_mask *in,
+                                uint32_t tag) {
+    const ss_offer_face *f = ctx;
+    const ss_wide depth = CONSTANT_AT(tile->depth, row, x), c = a[1], zero = {0};
+    const ss_wide before = CONSTANT_AT(tile->key, row, x);
+    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const bool corner = tag & SS_RIM_CORNER;
+    ss_wide_mask inside = SS_WIDE_IS_LESS(a[0], zero);
+    if (corner) inside = corner_inside(tag, SS_WIDE_IS_LESS(depth, c + f->near));
+    const ss_wide most = SS_WIDE_MORE(SS_WIDE_ALL(f->far), c + f->near);
+    ss_wide_mask may = *in;
+    if (!f->paper) may &= ~too_far(a, before * (most - c) / f->per_texel, tag);
+    if (!ss_wide_any(may)) return;
+    ss_wide away = a[0], open;
+    foot at;
+    if (corner) corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
+    else strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+    const ss_wide q = at.away * f->per_texel, size = size_of(q);
+    const ss_wide_mask outside = SS_WIDE_IS_LESS(zero, q);
+    const ss_wide receiver = limit_receiver(f, depth, c, outside);
+    const ss_wide wide = f->paper ? c + size : size / (receiver - c);
+    may &= SS_WIDE_IS_LESS(wide, before) & (~outside | limit_outside(f, depth, c, q));
+    if (!ss_wide_any(may)) return;
+    open_past(f, &at, &open);
+    const ss_wide key =
+        f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
+    const ss_wide_mask better =
+        may & ~SS_WIDE_IS_LESS(open, c - f->near) & SS_WIDE_IS_LESS(key, before);
+    keep_value(tile->key, row, x, better, key);
+    keep_value(tile->value[0], row, x, better, c);
+    keep_value(tile->value[1], row, x, better, open);
+    keep_value(tile->value[2], row, x, better, q);
+}
+
+static void limit_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
+    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, limit_offer, ctx);
+    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, limit_offer, ctx);
+}
+
+/* By ss_limit_away() and ss_limit_outside(). */
+static void limit_room(const void *ctx, const ss_raster_tile *tile, float nearest, float most[2]) {
+    const ss_offer_face *f = ctx;
+    const float deepest = f->far - nearest > f->near ? f->far - nearest : f->near;
+    const ss_wide near = SS_WIDE_ALL(f->near), far = SS_WIDE_ALL(f->far);
+    ss_wide sum[2] = {SS_WIDE_ALL(0.f), SS_WIDE_ALL(0.f)};
+    for (int32_t row = 0; row < tile->height; row++) {
+        for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
+            const ss_wide key = CONSTANT_AT(tile->key, row, x);
+            const ss_wide depth = CONSTANT_AT(tile->depth, row, x);
+            const ss_wide below = SS_WIDE_LESS(depth, far) - nearest;
+            const ss_wide gap = SS_WIDE_MORE(below, near), by_key = key * gap, in = key * deepest;
+            const ss_wide begun = depth - nearest + SS_LIMIT_RAISE * f->per_texel;
+            const ss_wide out = SS_WIDE_LESS(by_key, begun);
+            sum[0] = SS_WIDE_MORE(out, sum[0]), sum[1] = SS_WIDE_MORE(in, sum[1]);
+        }
+    }
+    most_of(sum, most);
+    for (int k = 0; k < 2; k++) most[k] *= 1 + 0x1p-16f;
+}
+
+static void limit_end(const void *ctx, const ss_raster_tile *tile) {
+    static const float zero[SS_RASTER_TILE];
+    const ss_offer_face *f = ctx;
+    for (int32_t row = 0; row < tile->height; row++) {
+        const float *const channel[LIMIT_CHANNELS] = {tile->value[0][row], zero,
+                                                      tile->value[1][row], tile->value[2][row]};
+        ss_tile_write(tile, channel, f->texels, f->side, row);
+    }
+}
+
+const ss_raster_tiler RUNG(ss_offers_limit) = {limit_begin, limit_draw, limit_room, limit_end};

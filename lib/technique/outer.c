@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "base/lanes.h"
-#include "base/cpu.h"
 #include "base/memory.h"
 #include "technique/offers.h"
 
@@ -49,14 +48,6 @@ static void clear(const ss_outer_sheet *s) {
     }
 }
 
-static const ss_raster_tiler *const tilers[] = {
-#ifdef SS_HAVE_X86
-    &ss_offers_outer_scalar, &ss_offers_outer_avx2, &ss_offers_outer_avx512
-#else
-    &ss_offers_outer_scalar, &ss_offers_outer_scalar, &ss_offers_outer_scalar
-#endif
-};
-
 /* Tiles fill the plane as they are drawn; else the pen's own shade() offers to it, or keep() does. */
 static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
                                   const ss_raster_triangle *triangles, size_t count,
@@ -79,7 +70,8 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                .keep_ctx = &s,
                                .least = least_rise,
                                .room = room,
-                               .tiler = pen->plain ? tilers[stage->rung] : NULL};
+                               .tiler = pen->plain ? SS_OFFERS_OF(ss_offers_outer, stage->rung) : NULL,
+                               .tiler_ctx = &s};
     if (!ink.tiler || !stage->raster->tiles) clear(&s);
     return stage->raster->keep(triangles, count, side, &ink, stage->pool);
 }
@@ -105,7 +97,9 @@ static softshadow_status draw_all(const ss_stage *stage, ss_light_maps *maps, co
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
     maps->silhouette_edges = found.count;
-    if (found.count) status = ss_outer_add_plane(maps, plane);
+    maps->channel_names = "depth,occluder,rise,key";
+    if (found.count)
+        status = ss_light_maps_add_any(maps, plane, SS_OUTER_CHANNELS, ss_outer_answer);
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = draw(stage, maps, &found, face);
     }

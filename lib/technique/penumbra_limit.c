@@ -105,10 +105,11 @@ static softshadow_status build_face(const ss_stage *stage, ss_limit_state *state
     f.near = fminf(f.per_texel, (float)(NEAR * frame->texel));
     /* an edge may sink by four light cones a texel and still be one */
     state->same[face] = 4 * f.near;
-    f.key = ss_alloc(n, sizeof *f.key);
+    f.key = ss_alloc_any(n, sizeof *f.key);
     softshadow_status status = SOFTSHADOW_OK;
     if (!f.key) status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
-    for (size_t i = 0; i < n && !status; i++) {
+    const bool tiled = found && ss_limit_tiled(stage, side);
+    for (size_t i = 0; i < n && !status && !tiled; i++) {
         f.key[i] = SS_MAP_FAR;
         f.texels[i * LIMIT_CHANNELS + LIMIT_C] = SS_MAP_FAR;
     }
@@ -125,8 +126,10 @@ static ss_light_maps_answer answer;
 static softshadow_status draw(const ss_stage *stage, ss_limit_state *state,
                               const ss_silhouette *found) {
     ss_light_maps *maps = &state->maps;
+    const bool tiled = found && ss_limit_tiled(stage, maps->frames.resolution);
     softshadow_status status =
-        ss_light_maps_add_plane(maps, "penumbra-limit", LIMIT_CHANNELS, answer);
+        (tiled ? ss_light_maps_add_any
+               : ss_light_maps_add_plane)(maps, "penumbra-limit", LIMIT_CHANNELS, answer);
     maps->channel_names = "c,g,b,q";
     for (uint32_t face = 0; face < maps->frames.count && !status; face++) {
         status = build_face(stage, state, found, face);

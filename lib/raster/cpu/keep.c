@@ -254,7 +254,7 @@ static void find_rooms(const band *b, const ss_raster_tile *tile, const span *of
     r->nearest = of->nearest, r->per = step > 0 ? (1 - 0x1p-16f) / step : 0;
     for (int i = 0; i < ROOMS; i++) {
         const float at = of->nearest + (float)i * step, rounding = 0x1p-21f * fabsf(at);
-        ink->tiler->room(ink->keep_ctx, tile, at - rounding, r->most[i]);
+        ink->tiler->room(ink->tiler_ctx, tile, at - rounding, r->most[i]);
         if (!(step > 0)) return;
     }
 }
@@ -275,17 +275,17 @@ static void draw_tile(const band *b, uint32_t number, const span *of) {
     rooms r;
     tile.x = (int32_t)box[0], tile.y = (int32_t)box[1];
     tile.width = (int32_t)(box[2] - box[0]) + 1, tile.height = (int32_t)(box[3] - box[1]) + 1;
-    tiler->begin(s->ink->keep_ctx, &tile);
+    tiler->begin(s->ink->tiler_ctx, &tile);
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
         if (since >= LOOK_TILED && v->least > 0)
             find_rooms(b, &tile, of, &r), since = 0, looked = true;
         if (looked && !has_room(&r, v)) continue;
-        tiler->draw(s->ink->keep_ctx, &tile, &s->parts[v->part],
+        tiler->draw(s->ink->tiler_ctx, &tile, &s->parts[v->part],
                     s->triangles[s->owner[v->part]].tag);
         since++;
     }
-    tiler->end(s->ink->keep_ctx, &tile);
+    tiler->end(s->ink->tiler_ctx, &tile);
 }
 
 static softshadow_status draw_band(band *b, span *spans, uint32_t index) {
