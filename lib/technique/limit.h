@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "technique/light_maps.h"
+#include "technique/offers.h"
 #include "technique/rim.h"
 
 /* A texel: the occluder's depth (SS_MAP_FAR: no penumbra here), the upper limit (above it is lit),
@@ -75,7 +76,7 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found);
 /* Does that write every texel, and no keys? */
 static inline bool ss_limit_tiled(const ss_stage *stage, uint32_t side) {
-    return stage->raster->tiles && side <= 32768;
+    return stage->raster->tiles && side <= SS_OFFER_SIDE;
 }
 /* The same from nothing but a depth image. */
 softshadow_status ss_limit_propagate(const ss_stage *stage, ss_limit_face *face);

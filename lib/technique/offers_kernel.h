@@ -309,3 +309,189 @@ static void limit_end(const void *ctx, const ss_raster_tile *tile) {
 }
 
 const ss_raster_tiler RUNG(ss_offers_limit) = {limit_begin, limit_draw, limit_room, limit_end};
+
+/* ---- penumbra-volume ------------------------------------------------------------------------- */
+
+enum { VOLUME_BEGIN, VOLUME_END, VOLUME_TAG };
+
+static void volume_begin(const void *ctx, ss_raster_tile *tile) { face_begin(ctx, tile, 0); }
+
+/* Whether it stands before anything there: matters(). */
+SS_TILE_INLINE ss_wide_mask volume_matters(const ss_offer_face *f, const foot *at, ss_wide edge,
+                                           ss_wide depth, ss_wide rise, ss_wide open) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, above = edge - f->near;
+    const ss_wide below = edge + f->steep - f->near * at->away, begun = edge + rise;
+    const ss_wide_mask out = SS_WIDE_IS_LESS(zero, at->away), past = SS_WIDE_IS_LESS(one, at->away);
+    const ss_wide_mask inside = SS_WIDE_IS_LESS(depth, below), near = SS_WIDE_IS_LESS(above, depth);
+    const ss_wide_mask far = SS_WIDE_IS_LESS(edge, depth) & SS_WIDE_IS_LESS(begun, depth);
+    return ~SS_WIDE_IS_LESS(open, above) & ((~out & inside) | (out & ~past & near) | (past & far));
+}
+
+/* end_of() but for the paper's way. */
+SS_TILE_INLINE ss_wide volume_end_of(const ss_offer_face *f, const foot *at, ss_wide edge,
+                                     ss_wide depth, ss_wide open) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, far = SS_WIDE_ALL(SS_MAP_FAR);
+    const ss_wide sunk = edge + f->steep;
+    const ss_wide top = SS_WIDE_MORE(open, sunk), lower = top + f->near * (2.5f - at->away);
+    const ss_wide_mask out = SS_WIDE_IS_LESS(zero, at->away), past = SS_WIDE_IS_LESS(one, at->away);
+    const ss_wide_mask none = ~SS_WIDE_IS_LESS(open, far), low = SS_WIDE_IS_LESS(depth, sunk);
+    const ss_wide within = SS_WIDE_CHOOSE(none, far, lower);
+    return SS_WIDE_CHOOSE(out, SS_WIDE_CHOOSE(~past & low, far, depth), within);
+}
+
+SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,
+                                 const ss_wide a[SS_RASTER_ATTRIBUTES], const ss_wide_mask *in,
+                                 uint32_t tag) {
+    const ss_offer_face *f = ctx;
+    const ss_wide depth = CONSTANT_AT(tile->depth, row, x), edge = a[1], zero = {0};
+    const ss_wide before = CONSTANT_AT(tile->key, row, x), near = SS_WIDE_ALL(f->near);
+    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const bool corner = tag & SS_RIM_CORNER;
+    const ss_wide gap = SS_WIDE_ALL(f->far) - edge, deepest = SS_WIDE_MORE(gap, near);
+    ss_wide_mask may = *in;
+    if (!f->paper) may &= ~too_far(a, before * deepest / f->per_texel, tag);
+    if (!ss_wide_any(may)) return;
+    ss_wide away = a[0], open;
+    foot at;
+    if (corner) {
+        const ss_wide_mask covered = SS_WIDE_IS_LESS(depth, edge + f->steep);
+        const ss_wide_mask inside = corner_inside(tag, covered);
+        corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
+    } else {
+        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+    }
+    const ss_wide size = size_of(at.away), beyond = size - 2, climbed = beyond * f->climb;
+    const ss_wide rise = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, beyond), climbed, zero);
+    const ss_wide far = SS_WIDE_ALL(f->far);
+    const ss_wide_mask short_of = SS_WIDE_IS_LESS(depth, far) & SS_WIDE_IS_LESS(zero, at.away);
+    const ss_wide receiver = SS_WIDE_CHOOSE(short_of, depth, far), to = receiver - edge;
+    const ss_wide least = SS_WIDE_MORE(to, near);
+    const ss_wide key = f->paper ? edge + rise : size * f->per_texel / least;
+    const ss_wide nowhere = size_of(at.outwards[0]) + size_of(at.outwards[1]);
+    may &= SS_WIDE_IS_LESS(key, before) & SS_WIDE_IS_LESS(zero, nowhere);
+    if (!ss_wide_any(may)) return;
+    open_past(f, &at, &open);
+    if (!f->paper) may &= volume_matters(f, &at, edge, depth, rise, open);
+    if (!ss_wide_any(may)) return;
+    const ss_wide one = SS_WIDE_ALL(1.f), begin = edge + rise;
+    const ss_wide_mask out = SS_WIDE_IS_LESS(zero, at.away), past = SS_WIDE_IS_LESS(one, at.away);
+    const ss_wide_mask covered = ~out | (~past & SS_WIDE_IS_LESS(depth, edge + f->steep));
+    const ss_wide_mask lower = covered & SS_WIDE_IS_LESS(begin, depth);
+    const ss_wide_ints plain = (int32_t)tag - (ss_wide_ints){0};
+    const ss_wide tagged = SS_WIDE_CHOOSE(at.inside, (ss_wide)(plain | SS_RIM_INSIDE), (ss_wide)plain);
+    keep_value(tile->key, row, x, may, key);
+    keep_value(tile->value[VOLUME_TAG], row, x, may, tagged);
+    keep_value(tile->value[VOLUME_BEGIN], row, x, may,
+               f->paper ? begin : SS_WIDE_CHOOSE(lower, depth, begin));
+    keep_value(tile->value[VOLUME_END], row, x, may,
+               f->paper ? SS_WIDE_ALL(SS_MAP_FAR) : volume_end_of(f, &at, edge, depth, open));
+}
+
+static void volume_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
+    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, volume_offer, ctx);
+    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, volume_offer, ctx);
+}
+
+/* By key_of() and matters(). */
+static void volume_room(const void *ctx, const ss_raster_tile *tile, float nearest, float most[2]) {
+    const ss_offer_face *f = ctx;
+    const float gap = f->far - nearest, deepest = (gap > f->near ? gap : f->near) * (1 + 0x1p-16f);
+    const float per_climb = f->per_texel / f->climb;
+    const ss_wide near = SS_WIDE_ALL(f->near), far = SS_WIDE_ALL(f->far);
+    ss_wide sum[2] = {SS_WIDE_ALL(0.f), SS_WIDE_ALL(0.f)};
+    most[0] = most[1] = INFINITY;
+    for (int32_t row = 0; row < tile->height && !f->paper; row++) {
+        for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
+            const ss_wide key = CONSTANT_AT(tile->key, row, x);
+            const ss_wide depth = CONSTANT_AT(tile->depth, row, x);
+            const ss_wide to = SS_WIDE_LESS(depth, far) - nearest, wide = SS_WIDE_MORE(to, near);
+            const ss_wide begun = ((depth - nearest) * per_climb + 2 * f->per_texel) * (1 + 0x1p-16f);
+            const ss_wide by_key = key * wide, out = SS_WIDE_LESS(by_key, begun);
+            const ss_wide in = key * deepest;
+            sum[0] = SS_WIDE_MORE(out, sum[0]), sum[1] = SS_WIDE_MORE(in, sum[1]);
+        }
+    }
+    if (!f->paper) most_of(sum, most), most[0] *= 1 + 0x1p-16f;
+}
+
+/* A texel has eight channels; those of the ends follow. */
+static void volume_end(const void *ctx, const ss_raster_tile *tile) {
+    const ss_offer_face *f = ctx;
+    for (int32_t row = 0; row < tile->height; row++) {
+        float *texel =
+            f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
+        for (int32_t x = 0; x < tile->width; x++, texel += 8) {
+            uint32_t tag;
+            if (tile->key[row][x] == SS_MAP_FAR) continue;
+            memcpy(&tag, &tile->value[VOLUME_TAG][row][x], sizeof tag);
+            texel[0] = tile->value[VOLUME_BEGIN][row][x], texel[1] = tile->value[VOLUME_END][row][x];
+            texel[2] = (float)(tag / SS_OFFER_TAG), texel[3] = (float)(tag % SS_OFFER_TAG);
+        }
+    }
+}
+
+const ss_raster_tiler RUNG(ss_offers_volume) = {volume_begin, volume_draw, volume_room, volume_end};
+
+/* ---- penumbra-mask --------------------------------------------------------------------------- */
+
+static void mask_begin(const void *ctx, ss_raster_tile *tile) { face_begin(ctx, tile, -SS_MAP_FAR); }
+
+SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,
+                               const ss_wide a[SS_RASTER_ATTRIBUTES], const ss_wide_mask *in,
+                               uint32_t tag) {
+    const ss_offer_face *f = ctx;
+    const ss_wide edge = a[1], zero = {0}, before = CONSTANT_AT(tile->key, row, x);
+    const ss_wide other = CONSTANT_AT(tile->value[0], row, x);
+    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const bool corner = tag & SS_RIM_CORNER;
+    const ss_wide to = (before - edge) / f->per_texel + 2.5f;
+    ss_wide_mask may = *in & ~too_far(a, to, tag) & ~SS_WIDE_IS_LESS(before, edge);
+    if (!ss_wide_any(may)) return;
+    ss_wide away = a[0], open;
+    if (corner) corner_away(a, &away);
+    const ss_wide beyond = size_of(away) - 2, climbed = beyond * f->per_texel;
+    const ss_wide begins = edge + SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, beyond), climbed, zero);
+    /* the order of edges that meet must not matter */
+    may &= SS_WIDE_IS_LESS(begins, before) |
+           (~SS_WIDE_IS_LESS(before, begins) & SS_WIDE_IS_LESS(edge, other));
+    if (!ss_wide_any(may)) return;
+    foot at;
+    const ss_wide_mask inside = corner_inside(tag, SS_WIDE_NONE);
+    if (corner) corner_foot(rim, a, &away, &inside, &at);
+    else strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+    open_past(f, &at, &open);
+    may &= SS_WIDE_IS_LESS(edge + f->near, open);
+    keep_value(tile->key, row, x, may, begins);
+    keep_value(tile->value[0], row, x, may, edge);
+}
+
+static void mask_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
+    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, mask_offer, ctx);
+    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, mask_offer, ctx);
+}
+
+static void mask_room(const void *ctx, const ss_raster_tile *tile, float nearest, float most[2]) {
+    ss_wide sum[2] = {SS_WIDE_ALL(0.f), SS_WIDE_ALL(0.f)};
+    (void)ctx;
+    for (int32_t row = 0; row < tile->height; row++) {
+        for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
+            const ss_wide rest = CONSTANT_AT(tile->key, row, x) - nearest;
+            sum[0] = SS_WIDE_MORE(rest, sum[0]);
+        }
+    }
+    most_of(sum, most);
+    most[0] = most[1] = most[0] * (1 + 0x1p-16f) + 0x1p-20f;
+}
+
+static void mask_end(const void *ctx, const ss_raster_tile *tile) {
+    const ss_offer_face *f = ctx;
+    for (int32_t row = 0; row < tile->height; row++) {
+        float *texel =
+            f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 4;
+        for (int32_t x = 0; x < tile->width; x++, texel += 4) {
+            texel[2] = tile->key[row][x], texel[3] = tile->value[0][row][x];
+        }
+    }
+}
+
+const ss_raster_tiler RUNG(ss_offers_mask) = {mask_begin, mask_draw, mask_room, mask_end};

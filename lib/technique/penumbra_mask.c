@@ -26,6 +26,7 @@
 #include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/offers.h"
 #include "technique/parts.h"
 #include "technique/rim.h"
 #include "trace/samples.h"
@@ -135,7 +136,12 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
                          .keep = keep,
                          .keep_ctx = m,
                          .least = least_rise,
-                         .room = room};
+                         .room = room,
+                         .tiler = m->side <= SS_OFFER_SIDE
+                                      ? SS_OFFERS_OF(ss_offers_mask, stage->rung)
+                                      : NULL};
+    ss_offer_face tiled = {.depth = m->depth, .texels = m->texels, .side = m->side,
+                           .per_texel = m->per_texel, .near = m->near};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
@@ -143,6 +149,7 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
     m->rim = &rim;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) {
+        tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, m->depth, m->side, words, sizeof words / sizeof *words, &ink);
         status = stage->raster->keep(triangles, count, m->side, &ink, stage->pool);
     }

@@ -27,6 +27,7 @@
 #include "base/vec.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/offers.h"
 #include "technique/parts.h"
 #include "technique/rim.h"
 
@@ -108,7 +109,7 @@ static float end_of(const volumes *v, const offer *o) {
 
 /* While volumes are drawn a texel's ends are the tag of what it has them from, in two numbers that
  * floats hold. */
-#define TAG_PARTS 4096
+#define TAG_PARTS SS_OFFER_TAG
 
 static void store(void *ctx, uint32_t x, uint32_t y, float key, const float value[4]) {
     const volumes *v = ctx;
@@ -297,7 +298,19 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
                          .keep = store,
                          .keep_ctx = v,
                          .least = least_away,
-                         .room = room};
+                         .room = room,
+                         .tiler = v->side <= SS_OFFER_SIDE
+                                      ? SS_OFFERS_OF(ss_offers_volume, stage->rung)
+                                      : NULL};
+    ss_offer_face tiled = {.depth = v->depth,
+                           .texels = v->texels,
+                           .side = v->side,
+                           .per_texel = v->per_texel,
+                           .climb = v->climb,
+                           .near = v->near,
+                           .steep = v->steep,
+                           .far = v->far,
+                           .paper = v->paper};
     ss_rim rim;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
@@ -305,6 +318,7 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
     v->rim = &rim;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) {
+        tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);
         status = stage->raster->keep(triangles, count, v->side, &ink, stage->pool);
     }
