@@ -18,14 +18,16 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/cpu.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "technique/lamp_ask.h"
+#include "technique/lamp_walk.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
 #define CAP      1.5  /* texels: half a patch, and half as much again where a surface is curved */
-#define NOTHING  1e-9     /* less of the light than this is rounding */
+#define NOTHING  SS_LAMP_NOTHING
 #define SKIP     3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
 
 typedef struct back_state {
@@ -185,7 +187,6 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 
 /* One point, and the face it looks at. */
 typedef struct asked {
-    const back_state *back;
     const float *texels;
     const ss_pyramid *pyramid;
     ss_lamp_view view;
@@ -215,27 +216,21 @@ static void fill_gaps(const asked *a, const float *texel, const int32_t at[2], c
     }
 }
 
-/* What the patch at (column, row) hides of the light: [BCS06] 4.2. */
+/* What the patch at (column, row) hides of the light, with its gaps filled. */
 static double contribution(const asked *a, int32_t column, int32_t row) {
-    const uint32_t layers = a->back->layers;
     const int32_t step = a->kernel.step, at[2] = {column + step / 2, row + step / 2};
     const int32_t last = (int32_t)a->pyramid->side[0] - 1;
     const int32_t x = at[0] < last ? at[0] : last, y = at[1] < last ? at[1] : last;
-    const float *texel = a->texels + ((size_t)y * a->pyramid->side[0] + (size_t)x) * 2 * layers;
+    const float *texel = a->texels + ((size_t)y * a->pyramid->side[0] + (size_t)x) * 2;
     const double edge[2] = {column - a->x, row - a->y};
-    for (uint32_t l = layers; l-- > 0;) {
-        /* a patch of step x step texels needs as many times the bias */
-        if (!(texel[l] + (texel[layers + l] - texel[l]) * (float)step < a->h)) continue;
-        const double gap = gap_of(a, texel[l]), half = step / 2.0;
-        const bool wide = a->back->fill;
-        if (!wide && ss_lamp_misses(&a->view, edge[0] + half, edge[1] + half, gap, step)) continue;
-        double low[2] = {edge[0] / gap, edge[1] / gap};
-        const double high[2] = {(edge[0] + step) / gap, (edge[1] + step) / gap};
-        if (wide) fill_gaps(a, texel, (int32_t[2]){x, y}, edge, low);
-        const double hidden = ss_lamp_hidden(&a->view, low, high);
-        if (hidden > NOTHING) return hidden;
-    }
-    return 0;
+    /* a patch of step x step texels needs as many times the bias */
+    if (!(texel[0] + (texel[1] - texel[0]) * (float)step < a->h)) return 0;
+    const double gap = gap_of(a, texel[0]);
+    double low[2] = {edge[0] / gap, edge[1] / gap};
+    const double high[2] = {(edge[0] + step) / gap, (edge[1] + step) / gap};
+    fill_gaps(a, texel, (int32_t[2]){x, y}, edge, low);
+    const double hidden = ss_lamp_hidden(&a->view, low, high);
+    return hidden > NOTHING ? hidden : 0;
 }
 
 /* Is there no occluder in the square of the pyramid around a texel? */
@@ -245,7 +240,8 @@ static inline bool empty_square(const asked *a, int32_t x, int32_t y) {
     return !(a->pyramid->level[level][(size_t)(y >> level) * side + (size_t)(x >> level)] < a->h);
 }
 
-static double hidden_by_all(const asked *a) {
+/* One layer, its gaps filled: [GBP06]. */
+static double hidden_filled(const asked *a) {
     const ss_lamp_kernel *k = &a->kernel;
     const int32_t last = (int32_t)a->pyramid->side[0] - 1;
     double sum = 0;
@@ -267,10 +263,11 @@ static double hidden_by_all(const asked *a) {
     return sum;
 }
 
+static ss_lamp_patches *const patches[] = SS_RUNGS(ss_lamp_patches);
+
 static float seen_by(const back_state *back, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
-    asked a = {.back = back,
-               .texels = back->lamps.maps.plane + (size_t)looks->base[i] * 2 * back->layers,
+    asked a = {.texels = back->lamps.maps.plane + (size_t)looks->base[i] * 2 * back->layers,
                .pyramid = &back->lamps.pyramid[face],
                .x = looks->x[i],
                .y = looks->y[i],
@@ -280,7 +277,16 @@ static float seen_by(const back_state *back, const ss_looks *looks, size_t i) {
         return ss_lamp_maps_hard(&back->lamps, looks, i);
     if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &a.kernel)) return 1;
     ss_lamp_thin(&a.kernel, back->lamps.max_samples);
-    return (float)(1 - hidden_by_all(&a));
+    if (back->fill) return (float)(1 - hidden_filled(&a));
+    const ss_lamp_asked plain = {.view = &a.view,
+                                 .kernel = &a.kernel,
+                                 .pyramid = a.pyramid,
+                                 .texels = a.texels,
+                                 .layers = back->layers,
+                                 .x = a.x,
+                                 .y = a.y,
+                                 .h = a.h};
+    return (float)(1 - patches[back->lamps.maps.frames.rung](&plain));
 }
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {

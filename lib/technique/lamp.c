@@ -103,8 +103,16 @@ bool ss_lamp_see(const ss_lamp *lamp, double x, double y, double h, ss_lamp_view
 /* ---- areas ----------------------------------------------------------------------------------- */
 
 static double cross2(const double a[2], const double b[2]) { return a[0] * b[1] - a[1] * b[0]; }
+/* atan2(cross, dot); by its series where that is as good, which is where sides are short. */
+static double angle(double cross, double dot) {
+    const double t = cross / dot, s = t * t;
+    if (!(fabs(cross) < 0.125 * dot)) return atan2(cross, dot);
+    const double high = 1.0 / 11 - s * (1.0 / 13 - s * (1.0 / 15 - s * (1.0 / 17)));
+    const double middle = 1.0 / 5 - s * (1.0 / 7 - s * (1.0 / 9 - s * high));
+    return t - t * s * (1.0 / 3 - s * middle);
+}
 static double sector(const double a[2], const double b[2]) {
-    return atan2(cross2(a, b), a[0] * b[0] + a[1] * b[1]) / 2;
+    return angle(cross2(a, b), a[0] * b[0] + a[1] * b[1]) / 2;
 }
 
 /* The signed area that the unit disk shares with the triangle from its centre to a and b. */

@@ -26,8 +26,9 @@ libsoftshadow_core_la_SOURCES += \
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md
 # Compiled for each instruction set, in the libraries of base/local.mk.
 libss_scalar_la_SOURCES += %D%/answers_scalar.c %D%/answers_kernel.h \
-  %D%/offers_scalar.c %D%/offers_kernel.h %D%/offers.h
+  %D%/offers_scalar.c %D%/offers_kernel.h %D%/offers.h \
+  %D%/lamp_walk_scalar.c %D%/lamp_walk_kernel.h %D%/lamp_walk.h
 if HAVE_X86
-libss_avx2_la_SOURCES += %D%/answers_avx2.c %D%/offers_avx2.c
-libss_avx512_la_SOURCES += %D%/answers_avx512.c %D%/offers_avx512.c
+libss_avx2_la_SOURCES += %D%/answers_avx2.c %D%/offers_avx2.c %D%/lamp_walk_avx2.c
+libss_avx512_la_SOURCES += %D%/answers_avx512.c %D%/offers_avx512.c %D%/lamp_walk_avx512.c
 endif

@@ -1,5 +1,5 @@
-/* What the map techniques keep of their penumbrae, tile by tile, as compiled for each rung: the bits of
- * their own shade(). */
+/* What the map techniques keep of their penumbrae, tile by tile, as compiled for each rung: the
+ * bits of their own shade(). */
 #ifndef SS_TECHNIQUE_OFFERS_H
 #define SS_TECHNIQUE_OFFERS_H
 

@@ -1,10 +1,11 @@
-/* Compiled once for each rung: the bits of the techniques' own shade(), a row of a tile at a time. */
+/* Compiled once for each rung: the bits of the techniques' own shade(), a row of a tile at a time.
+ */
 #include <math.h>
 #include <string.h>
 
 #include "raster/cpu/tile_kernel.h"
-#include "technique/offers.h"
 #include "technique/limit.h"
+#include "technique/offers.h"
 #include "technique/outer.h"
 
 SS_TILE_INLINE void root_of(const ss_wide *x, ss_wide *out) {
@@ -64,8 +65,8 @@ SS_TILE_INLINE void outer_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     if (!ss_wide_any(may)) return;
     if (tag & SS_RIM_CORNER) corner_away(a, &away);
     const ss_wide rise = away * s->per_texel, key = rise / (receiver - vertex);
-    const ss_wide_mask better = may & SS_WIDE_IS_LESS(vertex + rise, receiver) &
-                                SS_WIDE_IS_LESS(key, before);
+    const ss_wide_mask better =
+        may & SS_WIDE_IS_LESS(vertex + rise, receiver) & SS_WIDE_IS_LESS(key, before);
     if (!ss_wide_any(better)) return;
     ss_wide_there *vertices = SS_TILE_AT(tile->value[OUTER_VERTEX], row, x);
     ss_wide_there *rises = SS_TILE_AT(tile->value[OUTER_RISE], row, x);
@@ -75,8 +76,10 @@ SS_TILE_INLINE void outer_offer(const void *ctx, ss_raster_tile *tile, int32_t x
 }
 
 static void outer_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
-    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, SS_RIM_CORNER, outer_offer, ctx);
-    else ss_tile_walk(tile, scan, 2, 0, outer_offer, ctx);
+    if (tag & SS_RIM_CORNER)
+        ss_tile_walk(tile, scan, 4, SS_RIM_CORNER, outer_offer, ctx);
+    else
+        ss_tile_walk(tile, scan, 2, 0, outer_offer, ctx);
 }
 
 /* A rise is kept where it is less than key (receiver - vertex). */
@@ -226,11 +229,12 @@ SS_TILE_INLINE ss_wide_mask limit_outside(const ss_offer_face *f, ss_wide depth,
 }
 
 /* The key where light gets down to `open`: ss_limit_away(). */
-SS_TILE_INLINE ss_wide limit_folded(const ss_offer_face *f, ss_wide c, ss_wide size, ss_wide receiver,
-                                    ss_wide away, ss_wide open, ss_wide_mask outside) {
+SS_TILE_INLINE ss_wide limit_folded(const ss_offer_face *f, ss_wide c, ss_wide size,
+                                    ss_wide receiver, ss_wide away, ss_wide open,
+                                    ss_wide_mask outside) {
     const ss_wide one = SS_WIDE_ALL(1.f), opened = open + f->near;
-    const ss_wide_mask fold = ~outside & SS_WIDE_IS_LESS(opened, receiver) &
-                              SS_WIDE_IS_LESS(away, one);
+    const ss_wide_mask fold =
+        ~outside & SS_WIDE_IS_LESS(opened, receiver) & SS_WIDE_IS_LESS(away, one);
     if (!ss_wide_any(fold)) return away;
     const ss_wide top = SS_WIDE_MORE(open, c), behind = size / (receiver - top);
     const ss_wide folded = 1 - (SS_WIDE_LESS(behind, one) - away);
@@ -253,8 +257,10 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     if (!ss_wide_any(may)) return;
     ss_wide away = a[0], open;
     foot at;
-    if (corner) corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
-    else strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+    if (corner)
+        corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
+    else
+        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
     const ss_wide q = at.away * f->per_texel, size = size_of(q);
     const ss_wide_mask outside = SS_WIDE_IS_LESS(zero, q);
     const ss_wide receiver = limit_receiver(f, depth, c, outside);
@@ -262,8 +268,7 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     may &= SS_WIDE_IS_LESS(wide, before) & (~outside | limit_outside(f, depth, c, q));
     if (!ss_wide_any(may)) return;
     open_past(f, &at, &open);
-    const ss_wide key =
-        f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
+    const ss_wide key = f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
     const ss_wide_mask better =
         may & ~SS_WIDE_IS_LESS(open, c - f->near) & SS_WIDE_IS_LESS(key, before);
     keep_value(tile->key, row, x, better, key);
@@ -273,8 +278,10 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
 }
 
 static void limit_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
-    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, limit_offer, ctx);
-    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, limit_offer, ctx);
+    if (tag & SS_RIM_CORNER)
+        ss_tile_walk(tile, scan, 4, tag, limit_offer, ctx);
+    else
+        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, limit_offer, ctx);
 }
 
 /* By ss_limit_away() and ss_limit_outside(). */
@@ -378,7 +385,8 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_wide_mask covered = ~out | (~past & SS_WIDE_IS_LESS(depth, edge + f->steep));
     const ss_wide_mask lower = covered & SS_WIDE_IS_LESS(begin, depth);
     const ss_wide_ints plain = (int32_t)tag - (ss_wide_ints){0};
-    const ss_wide tagged = SS_WIDE_CHOOSE(at.inside, (ss_wide)(plain | SS_RIM_INSIDE), (ss_wide)plain);
+    const ss_wide tagged =
+        SS_WIDE_CHOOSE(at.inside, (ss_wide)(plain | SS_RIM_INSIDE), (ss_wide)plain);
     keep_value(tile->key, row, x, may, key);
     keep_value(tile->value[VOLUME_TAG], row, x, may, tagged);
     keep_value(tile->value[VOLUME_BEGIN], row, x, may,
@@ -388,8 +396,10 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
 }
 
 static void volume_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
-    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, volume_offer, ctx);
-    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, volume_offer, ctx);
+    if (tag & SS_RIM_CORNER)
+        ss_tile_walk(tile, scan, 4, tag, volume_offer, ctx);
+    else
+        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, volume_offer, ctx);
 }
 
 /* By key_of() and matters(). */
@@ -405,7 +415,8 @@ static void volume_room(const void *ctx, const ss_raster_tile *tile, float neare
             const ss_wide key = CONSTANT_AT(tile->key, row, x);
             const ss_wide depth = CONSTANT_AT(tile->depth, row, x);
             const ss_wide to = SS_WIDE_LESS(depth, far) - nearest, wide = SS_WIDE_MORE(to, near);
-            const ss_wide begun = ((depth - nearest) * per_climb + 2 * f->per_texel) * (1 + 0x1p-16f);
+            const ss_wide begun =
+                ((depth - nearest) * per_climb + 2 * f->per_texel) * (1 + 0x1p-16f);
             const ss_wide by_key = key * wide, out = SS_WIDE_LESS(by_key, begun);
             const ss_wide in = key * deepest;
             sum[0] = SS_WIDE_MORE(out, sum[0]), sum[1] = SS_WIDE_MORE(in, sum[1]);
@@ -418,13 +429,13 @@ static void volume_room(const void *ctx, const ss_raster_tile *tile, float neare
 static void volume_end(const void *ctx, const ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
-        float *texel =
-            f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
+        float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
         for (int32_t x = 0; x < tile->width; x++, texel += 8) {
             uint32_t tag;
             if (tile->key[row][x] == SS_MAP_FAR) continue;
             memcpy(&tag, &tile->value[VOLUME_TAG][row][x], sizeof tag);
-            texel[0] = tile->value[VOLUME_BEGIN][row][x], texel[1] = tile->value[VOLUME_END][row][x];
+            texel[0] = tile->value[VOLUME_BEGIN][row][x],
+            texel[1] = tile->value[VOLUME_END][row][x];
             texel[2] = (float)(tag / SS_OFFER_TAG), texel[3] = (float)(tag % SS_OFFER_TAG);
         }
     }
@@ -434,7 +445,9 @@ const ss_raster_tiler RUNG(ss_offers_volume) = {volume_begin, volume_draw, volum
 
 /* ---- penumbra-mask --------------------------------------------------------------------------- */
 
-static void mask_begin(const void *ctx, ss_raster_tile *tile) { face_begin(ctx, tile, -SS_MAP_FAR); }
+static void mask_begin(const void *ctx, ss_raster_tile *tile) {
+    face_begin(ctx, tile, -SS_MAP_FAR);
+}
 
 SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,
                                const ss_wide a[SS_RASTER_ATTRIBUTES], const ss_wide_mask *in,
@@ -457,8 +470,10 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
     if (!ss_wide_any(may)) return;
     foot at;
     const ss_wide_mask inside = corner_inside(tag, SS_WIDE_NONE);
-    if (corner) corner_foot(rim, a, &away, &inside, &at);
-    else strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+    if (corner)
+        corner_foot(rim, a, &away, &inside, &at);
+    else
+        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
     open_past(f, &at, &open);
     may &= SS_WIDE_IS_LESS(edge + f->near, open);
     keep_value(tile->key, row, x, may, begins);
@@ -466,8 +481,10 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
 }
 
 static void mask_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
-    if (tag & SS_RIM_CORNER) ss_tile_walk(tile, scan, 4, tag, mask_offer, ctx);
-    else ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, mask_offer, ctx);
+    if (tag & SS_RIM_CORNER)
+        ss_tile_walk(tile, scan, 4, tag, mask_offer, ctx);
+    else
+        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, mask_offer, ctx);
 }
 
 static void mask_room(const void *ctx, const ss_raster_tile *tile, float nearest, float most[2]) {
@@ -486,8 +503,7 @@ static void mask_room(const void *ctx, const ss_raster_tile *tile, float nearest
 static void mask_end(const void *ctx, const ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
-        float *texel =
-            f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 4;
+        float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 4;
         for (int32_t x = 0; x < tile->width; x++, texel += 4) {
             texel[2] = tile->key[row][x], texel[3] = tile->value[0][row][x];
         }

@@ -10,11 +10,11 @@
  * - A texel blocks only where it stands between the point and some of the light: h_r - h grows with
  * its distance. Without that, wide filters shadow every slope with itself; bias cannot help, as it
  * would have to grow with the filter. */
+#include "base/cpu.h"
 #include "technique/lamp_ask.h"
+#include "technique/lamp_walk.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
-
-#define NOTHING 1e-9 /* less of the light than this is rounding */
 
 static ss_light_maps_answer answer;
 
@@ -28,82 +28,29 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 
 /* ---- asking ---------------------------------------------------------------------------------- */
 
-typedef struct asked {
-    const ss_pyramid *pyramid;
-    ss_lamp_view view;
-    double x, y;
-    float h;
-} asked;
-
-/* A sample of a kernel: the texels it stands for, relative to the point, and its depth. */
-typedef struct sample {
-    double low[2];
-    float depth;
-} sample;
-
-static inline sample sample_of(const asked *a, const ss_lamp_kernel *k, int32_t i, int32_t j) {
-    const int32_t last = (int32_t)a->pyramid->side[0] - 1;
-    const int32_t column = k->low[0] + i * k->step, row = k->low[1] + j * k->step;
-    const int32_t mx = column + k->step / 2, my = row + k->step / 2;
-    const int32_t x = mx < last ? mx : last, y = my < last ? my : last;
-    return (sample){{column - a->x, row - a->y},
-                    a->pyramid->level[0][(size_t)y * a->pyramid->side[0] + (size_t)x]};
-}
-
-static inline bool blocks(const asked *a, const sample *s, int32_t step) {
-    if (!(s->depth < a->h)) return false;
-    const double gap = (double)a->h - s->depth, half = step / 2.0;
-    const double most = gap > a->view.least ? gap : a->view.least;
-    return !ss_lamp_misses(&a->view, s->low[0] + half, s->low[1] + half, most, step);
-}
-
-/* Step 1: the mean depth of the blockers. */
-static bool mean_blocker(const asked *a, const ss_lamp_kernel *k, double *mean) {
-    double sum = 0;
-    uint32_t n = 0;
-    for (int32_t j = 0; j < k->count[1]; j++) {
-        for (int32_t i = 0; i < k->count[0]; i++) {
-            const sample s = sample_of(a, k, i, j);
-            if (blocks(a, &s, k->step)) sum += (double)a->h - s.depth, n++;
-        }
-    }
-    *mean = n ? sum / n : 0;
-    return n > 0;
-}
-
-/* Step 3: the share of the filter that lies on blockers. */
-static double filtered(const asked *a, const ss_lamp_kernel *k, double gap) {
-    double sum = 0;
-    for (int32_t j = 0; j < k->count[1]; j++) {
-        for (int32_t i = 0; i < k->count[0]; i++) {
-            const sample s = sample_of(a, k, i, j);
-            if (!blocks(a, &s, k->step)) continue;
-            const double half = k->step / 2.0;
-            if (ss_lamp_misses(&a->view, s.low[0] + half, s.low[1] + half, gap, k->step)) continue;
-            const double low[2] = {s.low[0] / gap, s.low[1] / gap};
-            const double high[2] = {(s.low[0] + k->step) / gap, (s.low[1] + k->step) / gap};
-            sum += ss_lamp_hidden(&a->view, low, high);
-        }
-    }
-    return sum < 1 - NOTHING ? sum : 1;
-}
+static ss_lamp_blockers *const mean_blocker[] = SS_RUNGS(ss_lamp_blockers);
+static ss_lamp_filter *const filtered[] = SS_RUNGS(ss_lamp_filter);
 
 static float seen_by(const ss_lamp_maps *pcss, const ss_looks *looks, size_t i) {
     const uint32_t face = looks->face[i];
-    asked a = {
-        .pyramid = &pcss->pyramid[face], .x = looks->x[i], .y = looks->y[i], .h = looks->h[i]};
+    const int rung = pcss->maps.frames.rung;
+    const double x = looks->x[i], y = looks->y[i];
+    const float h = looks->h[i];
+    const ss_pyramid *pyramid = &pcss->pyramid[face];
+    ss_lamp_view view;
     ss_lamp_kernel kernel;
     double gap;
-    if (a.h == -SS_MAP_FAR) return 1;
-    if (!ss_lamp_see(&pcss->lamp[face], a.x, a.y, a.h, &a.view))
-        return ss_lamp_maps_hard(pcss, looks, i);
-    if (!ss_lamp_search(&a.view, a.pyramid, a.x, a.y, a.h, &kernel)) return 1;
+    if (h == -SS_MAP_FAR) return 1;
+    if (!ss_lamp_see(&pcss->lamp[face], x, y, h, &view)) return ss_lamp_maps_hard(pcss, looks, i);
+    const ss_lamp_asked a = {
+        .view = &view, .kernel = &kernel, .pyramid = pyramid, .x = x, .y = y, .h = h};
+    if (!ss_lamp_search(&view, pyramid, x, y, h, &kernel)) return 1;
     ss_lamp_thin(&kernel, pcss->max_samples);
-    if (!mean_blocker(&a, &kernel, &gap)) return 1;
-    if (gap < a.view.least) gap = a.view.least; /* step 2: w = reach x gap */
-    if (!ss_lamp_footprint(&a.view, a.pyramid->side[0], a.x, a.y, gap, &kernel)) return 1;
+    if (!mean_blocker[rung](&a, &gap)) return 1; /* step 1 */
+    if (gap < view.least) gap = view.least; /* step 2: w = reach x gap */
+    if (!ss_lamp_footprint(&view, pyramid->side[0], x, y, gap, &kernel)) return 1;
     ss_lamp_thin(&kernel, pcss->max_samples);
-    return (float)(1 - filtered(&a, &kernel, gap));
+    return (float)(1 - filtered[rung](&a, gap)); /* step 3 */
 }
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {

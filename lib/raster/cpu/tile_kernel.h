@@ -1,4 +1,5 @@
-/* How an ink's kernel walks a triangle across a tile: as many texels of a row as a register has lanes. */
+/* How an ink's kernel walks a triangle across a tile: as many texels of a row as a register has
+ * lanes. */
 #ifndef SS_RASTER_TILE_KERNEL_H
 #define SS_RASTER_TILE_KERNEL_H
 
