@@ -8,7 +8,14 @@ libsoftshadow_core_la_SOURCES += \
   %D%/cpu/keep.c %D%/cpu/keep.h \
   %D%/cpu/cpu.c \
   %D%/cpu/scan.c %D%/cpu/scan.h \
+  %D%/cpu/setup.h \
   %D%/cpu/tile_kernel.h
+# Compiled for each instruction set, in the libraries of base/local.mk.
+libss_scalar_la_SOURCES += %D%/cpu/setup_scalar.c %D%/cpu/setup_kernel.h
+if HAVE_X86
+libss_avx2_la_SOURCES += %D%/cpu/setup_avx2.c
+libss_avx512_la_SOURCES += %D%/cpu/setup_avx512.c
+endif
 # Loaded when it is asked for: only the types of libepoxy's headers are used.
 AM_CPPFLAGS += $(EPOXY_CFLAGS)
 libsoftshadow_core_la_SOURCES += \

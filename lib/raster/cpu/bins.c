@@ -10,25 +10,39 @@ typedef struct builder {
     ss_bins *bins;
     size_t n;
     uint32_t *count; /* chunk x band: how many, then where they go */
-    uint16_t (*span)[2]; /* of each item: its first band, and one after the last */
+    ss_bin_span *span; /* of each item */
     ss_bin_rows *rows;
+    ss_bin_spans *spans;
     const void *ctx;
     bool fill;
 } builder;
+
+static void find_spans(const builder *b, size_t begin, size_t end) {
+    if (b->spans) {
+        b->spans(b->ctx, begin, end, b->span + begin);
+        return;
+    }
+    for (size_t i = begin; i < end; i++) {
+        int32_t first, last;
+        uint16_t *span = b->span[i];
+        span[0] = span[1] = 0;
+        if (!b->rows(b->ctx, i, &first, &last)) continue;
+        span[0] = (uint16_t)(first / SS_BAND), span[1] = (uint16_t)(last / SS_BAND + 1);
+    }
+}
 
 static softshadow_status pass(void *ctx, uint64_t begin, uint64_t end) {
     const builder *b = ctx;
     for (uint64_t chunk = begin; chunk < end; chunk++) {
         uint32_t *count = b->count + chunk * b->bins->bands;
         const size_t last_item = (chunk + 1) * CHUNK < b->n ? (chunk + 1) * CHUNK : b->n;
+        if (!b->fill) find_spans(b, chunk * CHUNK, last_item);
         for (size_t i = chunk * CHUNK; i < last_item; i++) {
-            int32_t first, last;
-            uint16_t *span = b->span[i];
-            if (!b->fill && b->rows(b->ctx, i, &first, &last)) {
-                span[0] = (uint16_t)(first / SS_BAND), span[1] = (uint16_t)(last / SS_BAND + 1);
-            }
-            for (uint32_t band = span[0]; band < span[1]; band++) {
-                if (b->fill) b->bins->item[count[band]++] = (uint32_t)i;
+            const uint16_t *span = b->span[i];
+            const uint32_t first = span[0] & (SS_BIN_MARKED - 1), marked = span[0] & SS_BIN_MARKED;
+            const uint32_t item = (uint32_t)i | (marked ? SS_BIN_MARK : 0);
+            for (uint32_t band = first; band < span[1]; band++) {
+                if (b->fill) b->bins->item[count[band]++] = item;
                 else count[band]++;
             }
         }
@@ -48,18 +62,18 @@ static bool place(builder *b, size_t chunks) {
         }
     }
     b->bins->first[b->bins->bands] = (uint32_t)sum;
-    b->bins->item = sum <= UINT32_MAX ? ss_alloc(sum, sizeof *b->bins->item) : NULL;
+    b->bins->item = sum <= UINT32_MAX ? ss_alloc_any(sum, sizeof *b->bins->item) : NULL;
     return b->bins->item != NULL;
 }
 
 softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss_bin_rows *rows,
-                                const void *ctx, ss_pool *pool) {
+                                ss_bin_spans *spans, const void *ctx, ss_pool *pool) {
     *bins = (ss_bins){.bands = (resolution + SS_BAND - 1) / SS_BAND};
     const size_t chunks = (n + CHUNK - 1) / CHUNK;
-    builder b = {bins, n, NULL, NULL, rows, ctx, false};
+    builder b = {.bins = bins, .n = n, .rows = rows, .spans = spans, .ctx = ctx};
     bins->first = ss_alloc(bins->bands + 1, sizeof *bins->first);
     b.count = ss_alloc(chunks * bins->bands, sizeof *b.count);
-    b.span = ss_alloc(n, sizeof *b.span);
+    b.span = ss_alloc_any(n, sizeof *b.span);
     softshadow_status status = SOFTSHADOW_OK;
     if (!bins->first || !b.count || !b.span) status = SOFTSHADOW_E_MEMORY;
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);

@@ -2,12 +2,14 @@
  * thread. The nearest depth stays, in whatever order a band is drawn; that depends on no thread. */
 #include <math.h>
 
+#include "base/cpu.h"
 #include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "raster/casters.h"
 #include "raster/cpu/bins.h"
 #include "raster/cpu/keep.h"
+#include "raster/cpu/setup.h"
 #include "raster/raster.h"
 
 typedef struct drawing {
@@ -16,6 +18,7 @@ typedef struct drawing {
     ss_bins bins;
     const float *above;
     float *plane;
+    bool plain; /* are triangles set up by the register? */
 } drawing;
 
 /* Snaps a triangle that is whole; false: it covers no texel's centre. */
@@ -47,6 +50,23 @@ static bool caster_rows(const void *ctx, size_t t, int32_t *first, int32_t *last
     if (!snap(&plain, d->asked->resolution, &scan)) return false;
     *first = scan.first_y, *last = scan.last_y;
     return true;
+}
+
+static ss_setup_bands *const bands_of[] = SS_RUNGS(ss_setup_bands);
+
+/* Triangles that nothing cuts by the register, the rest one by one. Those that turn their back to the
+ * light are marked, and drawn last: most of them are hidden by what is drawn first. */
+static void caster_spans(const void *ctx, size_t begin, size_t end, ss_bin_span *span) {
+    const drawing *d = ctx;
+    if (d->plain) bands_of[ss_cpu_rung()](&d->casters, begin, end, span);
+    for (size_t t = begin; t < end; t++) {
+        int32_t first, last;
+        uint16_t *to = span[t - begin];
+        if (d->plain && to[1] != SS_SETUP_ALONE) continue;
+        to[0] = to[1] = 0;
+        if (!caster_rows(d, t, &first, &last)) continue;
+        to[0] = (uint16_t)(first / SS_BAND), to[1] = (uint16_t)(last / SS_BAND + 1);
+    }
 }
 
 static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3], int32_t first,
@@ -126,9 +146,9 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
         const uint32_t count = d->bins.first[band + 1] - d->bins.first[band];
         uint32_t left = 0;
         for (uint32_t i = 0; i < count; i++) {
-            const uint32_t t = item[i];
-            bool later = false;
-            draw_caster(d, t, first, last, &later);
+            const uint32_t t = item[i] & ~SS_BIN_MARK;
+            bool later = item[i] & SS_BIN_MARK;
+            if (!later) draw_caster(d, t, first, last, &later);
             if (later) item[left++] = t;
         }
         for (uint32_t i = 0; i < left; i++) draw_caster(d, item[i], first, last, NULL);
@@ -139,10 +159,12 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status draw_casters(const ss_raster_casters *casters, const float *above,
                                       float *plane, ss_pool *pool) {
     drawing d = {.asked = casters, .above = above, .plane = plane};
+    d.plain = !casters->holes_only && casters->world->triangle_count < SS_BIN_MARK &&
+              casters->world->vertex_count < INT32_MAX / 3;
     softshadow_status status = ss_casters_project(&d.casters, casters, pool);
     if (!status) {
         status = ss_bins_build(&d.bins, casters->world->triangle_count, casters->resolution,
-                               caster_rows, &d, pool);
+                               caster_rows, caster_spans, &d, pool);
     }
     if (!status) status = ss_parallel_for(pool, d.bins.bands, 1, draw_bands, &d);
     ss_bins_free(&d.bins);
@@ -200,7 +222,7 @@ static softshadow_status keep(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     if (ink->least) return ss_cpu_keep(triangles, count, resolution, ink, pool);
     sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
-    softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, &s, pool);
+    softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, NULL, &s, pool);
     if (!status) status = ss_parallel_for(pool, s.bins.bands, 1, sketch_bands, &s);
     ss_bins_free(&s.bins);
     return status;

@@ -334,7 +334,8 @@ static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool)
     if (!s->parts || !s->owner) return SOFTSHADOW_E_MEMORY;
     softshadow_status status = ss_parallel_for(pool, count, 1024, set_up, s);
     if (!status) {
-        status = ss_bins_build(&s->bins, s->first[count], s->resolution, part_rows, s, pool);
+        status = ss_bins_build(&s->bins, s->first[count], s->resolution, part_rows, NULL, s,
+                               pool);
     }
     return status ? status : ss_parallel_for(pool, s->bins.bands, 1, draw_bands, s);
 }

@@ -1,0 +1,2 @@
+#define RUNG(name) name##_scalar
+#include "raster/cpu/setup_kernel.h"
