@@ -5,6 +5,8 @@
 #include "technique/light_maps.h"
 
 ss_light_maps_answer ss_answer_hard_scalar, ss_answer_hard_avx2, ss_answer_hard_avx512;
+ss_light_maps_answer ss_answer_tent_scalar, ss_answer_tent_avx2, ss_answer_tent_avx512;
+ss_light_maps_answer ss_answer_single_scalar, ss_answer_single_avx2, ss_answer_single_avx512;
 ss_light_maps_answer ss_answer_outer_scalar, ss_answer_outer_avx2, ss_answer_outer_avx512;
 ss_light_maps_answer ss_answer_limit_scalar, ss_answer_limit_avx2, ss_answer_limit_avx512;
 

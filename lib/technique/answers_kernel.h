@@ -5,6 +5,7 @@
 #include "technique/answers.h"
 #include "technique/four_texels.h"
 #include "technique/limit.h"
+#include "technique/single_sample.h"
 
 /* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units in
  * the last place of a float (design: techniques.md, Depth). */
@@ -28,6 +29,14 @@ void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size
         memcpy(out + i, &lit, (n - i < 8 ? n - i : 8) * sizeof *out);
     }
 }
+/* Floats at places of a table that may be larger than a gather reaches. */
+static inline void take(const float *table, const uint32_t at[SS_LANES], size_t channels,
+                        ss_wide *out) {
+    float taken[SS_LANES];
+    for (int i = 0; i < SS_LANES; i++) taken[i] = table[at[i] * channels];
+    *out = *(const ss_wide_there *)taken;
+}
+
 /* Coordinates, as many as a block may have, to shares; 0 and 1 stay what they are. See falloff.h. */
 static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n, float *out) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
@@ -41,6 +50,87 @@ static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n,
         *(ss_wide_there *)(linear + i) = low;
     }
     memcpy(out, linear, n * sizeof *out);
+}
+
+/* ---- pcf ------------------------------------------------------------------------------------- */
+
+/* Where the tap at the lower left is, -1 before the first, and how far the point is beyond it. */
+static inline void split(const float *place, ss_wide_ints *cell, ss_wide *share) {
+    const ss_wide low = *(const ss_wide_there *)place - .5f;
+    *cell = (__builtin_convertvector(low, ss_wide_ints) & (low >= 0)) | (low < 0);
+    *share = low - __builtin_convertvector(*cell, ss_wide);
+}
+
+static inline void lit_at(const ss_light_maps *maps, const ss_looks *looks, size_t i, size_t n,
+                          ss_wide_ints x, ss_wide_ints y, ss_wide *out) {
+    const int32_t last = (int32_t)maps->frames.resolution - 1;
+    uint32_t at[SS_LANES];
+    ss_wide depth;
+    x &= x > 0, x = (x & (x <= last)) | (last & (x > last));
+    y &= y > 0, y = (y & (y <= last)) | (last & (y > last));
+    *(ss_wide_ints_there *)at = *(const ss_wide_ints_there *)(looks->base + i) + y * (last + 1) + x;
+    for (size_t k = n - i; k < SS_LANES; k++) at[k] = 0;
+    take(maps->depth, at, 1, &depth);
+    const ss_wide_mask dark = SS_WIDE_IS_LESS(depth, *(const ss_wide_there *)(looks->h + i));
+    *out = SS_WIDE_CHOOSE(dark, SS_WIDE_ALL(0.f), SS_WIDE_ALL(1.f));
+}
+
+void RUNG(ss_answer_tent)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
+    float answers[SS_LOOKS];
+    for (size_t i = 0; i < n; i += SS_LANES) {
+        ss_wide_ints x, y;
+        ss_wide u, v, lit[4];
+        split(looks->x + i, &x, &u), split(looks->y + i, &y, &v);
+        lit_at(maps, looks, i, n, x, y, &lit[0]), lit_at(maps, looks, i, n, x + 1, y, &lit[1]);
+        lit_at(maps, looks, i, n, x, y + 1, &lit[2]);
+        lit_at(maps, looks, i, n, x + 1, y + 1, &lit[3]);
+        const ss_wide below = (1 - u) * lit[0] + u * lit[1], above = (1 - u) * lit[2] + u * lit[3];
+        *(ss_wide_there *)(answers + i) = (1 - v) * below + v * above;
+    }
+    memcpy(out, answers, n * sizeof *out);
+}
+
+/* ---- single-sample --------------------------------------------------------------------------- */
+
+/* The inner coordinate of one texel for receivers at h: 1 at the rim of the hard shadow, 0 where the
+ * shadow is as wide as the penumbra. */
+static inline void inner_of(const ss_light_maps *maps, const uint32_t at[SS_LANES], ss_wide h,
+                            ss_wide rate, ss_wide *out) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
+    const ss_wide least = SS_MAP_ALIKE * (ss_wide)((ss_wide_ints)h & INT32_MAX);
+    ss_wide depth, inside;
+    take(maps->plane + SINGLE_DEPTH, at, SINGLE_CHANNELS, &depth);
+    take(maps->plane + SINGLE_INSIDE, at, SINGLE_CHANNELS, &inside);
+    const ss_wide gap = h - depth, open = 1 - inside / (rate * gap), kept = SS_WIDE_MORE(open, zero);
+    const ss_wide soft = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(least, gap), SS_WIDE_LESS(kept, one), zero);
+    *out = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, gap), soft, one);
+}
+
+void RUNG(ss_answer_single)(const ss_light_maps *maps, const ss_looks *looks, size_t n,
+                            float *out) {
+    const ss_single_state *state = (const ss_single_state *)maps;
+    const uint32_t side = maps->frames.resolution, right = side > 1, up = side > 1 ? side : 0;
+    float linear[SS_LOOKS];
+    for (size_t i = 0; i < n; i += SS_LANES) {
+        const ss_wide h = *(const ss_wide_there *)(looks->h + i);
+        ss_wide rate = SS_WIDE_ALL(state->rate[0]), open[4];
+        uint32_t at[4][SS_LANES];
+        ss_cells cells;
+        ss_cells_find(&cells, maps, looks, i, n);
+        for (size_t p = 0; maps->frames.cube && p < SS_LANES && i + p < n; p++) {
+            rate[p] = state->rate[looks->face[i + p]];
+        }
+        for (int p = 0; p < SS_LANES; p++) {
+            at[0][p] = cells.at[p], at[1][p] = cells.at[p] + right;
+            at[2][p] = cells.at[p] + up, at[3][p] = cells.at[p] + up + right;
+        }
+        for (int k = 0; k < 4; k++) inner_of(maps, at[k], h, rate, &open[k]);
+        const ss_wide u = cells.u, v = cells.v;
+        const ss_wide below = (1 - u) * open[0] + u * open[1];
+        const ss_wide above = (1 - u) * open[2] + u * open[3];
+        *(ss_wide_there *)(linear + i) = (1 - v) * below + v * above;
+    }
+    shares_of(&maps->falloff, linear, n, out);
 }
 
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */

@@ -21,7 +21,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/penumbra_volume.c \
   %D%/raytrace.c %D%/raytrace.h \
   %D%/registry.c %D%/technique.h \
-  %D%/single_sample.c \
+  %D%/single_sample.c %D%/single_sample.h \
   %D%/smoothie.c
 EXTRA_DIST += %D%/BIBLIOGRAPHY.md
 # Compiled for each instruction set, in the libraries of base/local.mk.

@@ -3,6 +3,8 @@
  * based on: [Reeves87], with the bicubic filter that [CD03] compare with. Differs: instead of random
  * texels under a screen pixel's footprint (a point has none) the tent of the 2 x 2 texels around the
  * point, or the cubic B-spline of 4 x 4. Comparisons are filtered, never depths. */
+#include "base/cpu.h"
+#include "technique/answers.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 
@@ -41,15 +43,10 @@ static inline int split(float place, float *share) {
     return cell;
 }
 
+static ss_light_maps_answer *const rungs[] = SS_RUNGS(ss_answer_tent);
+
 static void tent(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    for (size_t i = 0; i < n; i++) {
-        float u, v;
-        const int x = split(looks->x[i], &u), y = split(looks->y[i], &v);
-        const float below = (1 - u) * lit(maps, looks, i, x, y) + u * lit(maps, looks, i, x + 1, y);
-        const float above =
-            (1 - u) * lit(maps, looks, i, x, y + 1) + u * lit(maps, looks, i, x + 1, y + 1);
-        out[i] = (1 - v) * below + v * above;
-    }
+    rungs[maps->frames.rung](maps, looks, n, out);
 }
 
 /* The uniform cubic B-spline's weights for the four taps around share t of a cell. */

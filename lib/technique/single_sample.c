@@ -14,25 +14,17 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/cpu.h"
 #include "base/memory.h"
 #include "base/status.h"
+#include "technique/answers.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/single_sample.h"
 
 #define RIM 16.0 /* steeper than this, in texels a texel, is an occluder's rim: the hard shadow's  \
                   */
 #define NOWHERE 1e15f    /* a squared distance */
-
-enum {
-    WIDTH_DEPTH,
-    WIDTH_INSIDE,
-    WIDTH_CHANNELS
-}; /* the hard shadow's depth; the width in texels */
-
-typedef struct single_state {
-    ss_light_maps maps;
-    float rate[SS_MAP_FACES]; /* texels for a unit of h */
-} single_state;
 
 /* ---- the shadow-width map ---------------------------------------------------------------------
  */
@@ -139,7 +131,7 @@ static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uin
                                  float *planes) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side;
-    float *plane = maps->plane + face * n * WIDTH_CHANNELS;
+    float *plane = maps->plane + face * n * SINGLE_CHANNELS;
     const float *depth = maps->depth + face * n;
     widths w = {planes, planes + n, planes + 2 * n, side,
                 (float)(RIM * maps->frames.face[face].texel)};
@@ -147,8 +139,8 @@ static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uin
     if (!status) status = ss_parallel_for(stage->pool, side, 16, columns, &w);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, rows, &w);
     for (size_t i = 0; i < n && !status; i++) { /* the rim is between two centres */
-        plane[i * WIDTH_CHANNELS + WIDTH_DEPTH] = depth[i];
-        plane[i * WIDTH_CHANNELS + WIDTH_INSIDE] = sqrtf(w.square[i]) - .5f;
+        plane[i * SINGLE_CHANNELS + SINGLE_DEPTH] = depth[i];
+        plane[i * SINGLE_CHANNELS + SINGLE_INSIDE] = sqrtf(w.square[i]) - .5f;
     }
     return status;
 }
@@ -158,7 +150,7 @@ static ss_light_maps_answer answer;
 static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
     const size_t n = maps->texels / maps->frames.count;
     float *planes = ss_alloc(n, 3 * sizeof *planes);
-    softshadow_status status = ss_light_maps_add_plane(maps, "width", WIDTH_CHANNELS, answer);
+    softshadow_status status = ss_light_maps_add_plane(maps, "width", SINGLE_CHANNELS, answer);
     maps->channel_names = "depth,inside";
     if (!planes)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");
@@ -170,10 +162,10 @@ static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
 }
 
 static softshadow_status build(const ss_stage *stage, void **state) {
-    const ss_light_maps_wish wish = {.state_size = sizeof(single_state), .slope_texels = 1.5};
+    const ss_light_maps_wish wish = {.state_size = sizeof(ss_single_state), .slope_texels = 1.5};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
-    single_state *single = *state;
+    ss_single_state *single = *state;
     ss_light_maps *maps = &single->maps;
     if (stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER) {
         ss_falloff_make(&maps->falloff, SOFTSHADOW_FALLOFF_LINEAR, SS_FALLOFF_TABLE, stage->light);
@@ -188,33 +180,10 @@ static softshadow_status build(const ss_stage *stage, void **state) {
 
 /* ---- asking ---------------------------------------------------------------------------------- */
 
-/* The inner coordinate of one texel for a receiver at h: 1 at the rim of the hard shadow, 0 where
- * the shadow is as wide as the penumbra. */
-static inline float inner_of(const float *texel, float h, float rate) {
-    const float gap = h - texel[WIDTH_DEPTH], inside = texel[WIDTH_INSIDE];
-    if (!(gap > 0)) return 1;
-    if (!(gap > SS_MAP_ALIKE * fabsf(h))) return 0;
-    const float open = 1 - inside / (rate * gap);
-    return open > 0 ? open < 1 ? open : 1 : 0;
-}
+static ss_light_maps_answer *const rungs[] = SS_RUNGS(ss_answer_single);
 
 static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
-    const uint32_t side = maps->frames.resolution;
-    const float most = side > 1 ? (float)side - 1.5f : 0;
-    const size_t right = side > 1 ? WIDTH_CHANNELS : 0, up = right * side;
-    for (size_t i = 0; i < n; i++) {
-        const float x = looks->x[i] - .5f, y = looks->y[i] - .5f, h = looks->h[i];
-        const float rate = ((const single_state *)maps)->rate[looks->face[i]];
-        const float left = x > 0 ? x < most ? x : most : 0, low = y > 0 ? y < most ? y : most : 0;
-        const uint32_t column = (uint32_t)left, row = (uint32_t)low;
-        const float u = left - (float)column, v = low - (float)row;
-        const float *a =
-            maps->plane + (size_t)(looks->base[i] + row * side + column) * WIDTH_CHANNELS;
-        const float below = (1 - u) * inner_of(a, h, rate) + u * inner_of(a + right, h, rate);
-        const float above =
-            (1 - u) * inner_of(a + up, h, rate) + u * inner_of(a + up + right, h, rate);
-        out[i] = ss_falloff_at(&maps->falloff, (1 - v) * below + v * above);
-    }
+    rungs[maps->frames.rung](maps, looks, n, out);
 }
 
 /* word 0 of a face: its rate. */
@@ -243,7 +212,7 @@ static const char glsl[] = SS_LIGHT_MAPS_GLSL
     "}\n";
 
 static softshadow_status tables(void *state, ss_raster_question *question) {
-    single_state *single = state;
+    ss_single_state *single = state;
     for (uint32_t i = 0; i < SS_MAP_FACES; i++)
         *ss_light_maps_words(&single->maps, i) = single->rate[i];
     return ss_light_maps_ask(&single->maps, single->maps.plane ? glsl : ss_light_maps_hard_glsl,
