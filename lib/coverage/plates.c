@@ -104,7 +104,7 @@ static bool set_plate(ss_plate *plate, const piece *p, const ss_light *light) {
     plate->corners = p->corners;
     for (uint32_t c = 0; c < p->corners; c++) {
         for (int k = 0; k < 3; k++) {
-            plate->corner[c][k] = (float)p->corner[c][k];
+            plate->corner[c][k] = p->corner[c][k];
             middle[k] += p->corner[c][k] / p->corners;
         }
     }

@@ -19,7 +19,7 @@ typedef struct ss_plate {
     bool beneath;  /* all of the light is on the positive side, ... */
     float lowest;  /* ... at least so high over the plane */
     uint32_t corners;
-    float corner[SS_PLATE_CORNERS][3];
+    double corner[SS_PLATE_CORNERS][3];
     float middle[3], radius; /* of a ball around it */
 } ss_plate;
 
@@ -44,11 +44,17 @@ typedef struct ss_plates {
 softshadow_status ss_plates_create(ss_plates **out, const ss_world *world, const ss_light *light,
                                    const uint8_t axis[3]);
 
-/* A bit for each of n points, at most 64, into *told: visibility[i] is its answer. bound[i], if bound is not NULL: how
- * wrong that can be. Others may be written to. most: how large bounds may be; 0: only points that are
- * lit are told, and with room to spare, so that drawing would give the same. */
+/* A bit for each of n points, at most 64: those that are told, and of these those that see all of the light
+ * or none. */
+typedef struct ss_plates_told {
+    uint64_t all, lit, dark;
+} ss_plates_told;
+
+/* visibility[i] is the answer of a point that is told, and bound[i], if bound is not NULL, how wrong that can
+ * be; others may be written to. most: how large bounds may be; 0: only points that are lit are told, and
+ * with room to spare, so that drawing would give the same. */
 typedef void ss_plates_tell(const ss_plates *plates, const ss_places *places, size_t n, double ulp,
-                            float most, float *visibility, float *bound, uint64_t *told);
+                            float most, float *visibility, float *bound, ss_plates_told *told);
 ss_plates_tell ss_plates_tell_scalar, ss_plates_tell_avx2, ss_plates_tell_avx512;
 
 #endif

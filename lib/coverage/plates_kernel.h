@@ -13,6 +13,7 @@
  * the area is an integral over rows, edge by edge. */
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "coverage/plates.h"
 #include "trace/contact.h"
@@ -145,38 +146,66 @@ static inline vm is_beside(const ss_plates *l, const ss_plate *plate, const eye 
 /* A plate's corners as seen on the light, times t: how far along the way they are. */
 typedef struct outline {
     vf x[SS_PLATE_CORNERS], y[SS_PLATE_CORNERS], t[SS_PLATE_CORNERS], per[SS_PLATE_CORNERS]; /* 1 / t */
+    vf most[SS_PLATE_CORNERS], off[SS_PLATE_CORNERS]; /* x, y, t: no more; what they are off by */
     vm behind[SS_PLATE_CORNERS]; /* the point: seen, if at all, infinitely far away */
-    vf off, most;                /* what these are off by, and no more than; but for per */
     uint32_t corners;
     bool mixed; /* some are behind in some lane */
 } outline;
 
+/* From the points: subtracted in double, so that it is as precise for what is near. */
+static inline void way_to(const ss_plates *l, const double corner[3], const double *const at[3],
+                          vf way[3]) {
+    for (int k = 0; k < 3; k++) {
+        _Alignas(64) float to[LANES];
+        const double *from = at[l->axis[k]];
+        for (int i = 0; i < LANES; i++) to[i] = (float)(corner[k] - from[i]);
+        way[k] = f_load(to);
+    }
+}
+
+static inline vf sum_of(const vf a[3]) {
+    return f_add(f_add(f_abs(a[0]), f_abs(a[1])), f_abs(a[2]));
+}
+
 /* between, away: all of it is, or none, between the points' planes and the light. */
-static inline void see(const ss_plates *l, const ss_plate *plate, const eye *e, uint32_t lanes,
-                       outline *o, vm *between, vm *away) {
-    vf first = f_set(1e30f), last = f_set(-1e30f), most = f_set(0);
+static inline void see(const ss_plates *l, const ss_plate *plate, const double *const at[3],
+                       const eye *e, uint32_t lanes, outline *o, vm *between, vm *away) {
+    vf first = f_set(1e30f), last = f_set(-1e30f);
     vm any = m_from(0);
+    const vf near = f_div(e->slant, e->length), fine = f_mul(f_set(FINE), e->slant);
+    /* What y is off by, times the axes; and these, which are those of a light as far off as it is. */
+    const vf of_way = f_mul(fine, f_add(e->steep, near)),
+             of_axes = f_mul(fine, f_add(f_mul(f_set(l->far), near), f_set(1)));
     o->corners = plate->corners;
     for (uint32_t c = 0; c < plate->corners; c++) {
         vf y[3];
-        for (int k = 0; k < 3; k++) y[k] = f_sub(f_set(plate->corner[c][k]), e->p[k]);
+        way_to(l, plate->corner[c], at, y);
         const vf t = dot(y, e->k);
         o->t[c] = t, o->per[c] = f_invert(t);
         o->x[c] = f_sub(dot(y, e->a), f_mul(t, e->shift[0]));
         o->y[c] = f_sub(dot(y, e->b), f_mul(t, e->shift[1]));
         o->behind[c] = f_lt(t, f_set(LEAST_T)), any = m_or(any, o->behind[c]);
         first = f_min(first, t), last = f_max(last, t);
-        most = f_max(most, f_max(f_max(f_abs(o->x[c]), f_abs(o->y[c])), f_abs(t)));
+        o->most[c] = f_max(f_max(f_abs(o->x[c]), f_abs(o->y[c])), f_abs(t));
+        o->off[c] = f_add(f_mul(of_way, sum_of(y)), f_mul(of_axes, o->most[c]));
     }
-    const vf size = f_mul(f_add(e->size, f_set(2)), e->slant), zero = f_set(0);
-    const vf room = f_mul(f_set(0x1p-16f), f_add(f_set(1), f_div(size, e->length)));
+    const vf room = f_mul(f_set(0x1p-16f), f_add(f_set(1), f_mul(near, f_add(e->size, f_set(2)))));
     *between = f_lt(last, f_sub(e->t_end, room));
-    *away = m_or(f_lt(last, f_sub(zero, room)), f_lt(f_add(e->t_end, room), first));
-    /* Of y, times the axes; of the axes, which are those of a light that is as far off as it is. */
-    const vf moved = f_mul(size, f_add(e->steep, f_div(e->slant, e->length)));
-    const vf turned = f_mul(f_div(f_set(l->far), e->length), most);
-    o->off = f_mul(f_set(FINE), f_add(moved, f_mul(e->slant, f_add(turned, most))));
-    o->most = most, o->mixed = m_bits(any) & lanes;
+    *away = m_or(f_lt(last, f_sub(f_set(0), room)), f_lt(f_add(e->t_end, room), first));
+    o->mixed = m_bits(any) & lanes;
+}
+
+/* Lanes where all corners are beyond one side of a square around the light: whether they are behind or not,
+ * whatever is between them is so, too. */
+static inline vm is_aside(const outline *o, float reach) {
+    vm left = m_from(0xffff), right = left, below = left, above = left;
+    for (uint32_t c = 0; c < o->corners; c++) {
+        const vf off = f_add(o->off[c], o->off[c]), side = f_mul(f_set(reach), o->t[c]);
+        const vf far = f_add(side, off), near = f_sub(f_sub(f_set(0), side), off);
+        left = m_and(left, f_lt(o->x[c], near)), right = m_and(right, f_lt(far, o->x[c]));
+        below = m_and(below, f_lt(o->y[c], near)), above = m_and(above, f_lt(far, o->y[c]));
+    }
+    return m_or(m_or(left, right), m_or(below, above));
 }
 
 /* The edge from corner c on, as a line at distance h of the light's middle, on whose left the middle is if
@@ -198,7 +227,8 @@ static inline side side_of(const outline *o, uint32_t c, vf limit, vf *error) {
     const vf size = f_sqrt(f_add(f_mul(x, x), f_mul(y, y)));
     const vf least = f_max(f_mul(f_abs(z), f_set(1.0f / FARTHEST)), f_set(1e-18f));
     const vf per = f_invert(f_max(size, least));
-    side s = {.x = f_mul(y, per), .y = f_mul(f_sub(zero, x), per), .h = f_mul(z, per)};
+    side s; /* 512 bytes that need no clearing */
+    s.x = f_mul(y, per), s.y = f_mul(f_sub(zero, x), per), s.h = f_mul(z, per);
     s.begin = within(f_mul(f_add(f_mul(o->x[c], s.x), f_mul(o->y[c], s.y)), o->per[c]), far);
     s.end = within(f_mul(f_add(f_mul(o->x[n], s.x), f_mul(o->y[n], s.y)), o->per[n]), far);
     s.none = m_from(0);
@@ -210,9 +240,10 @@ static inline side side_of(const outline *o, uint32_t c, vf limit, vf *error) {
     }
     const vf k = f_sqrt(f_max(f_sub(limit, f_mul(s.h, s.h)), zero));
     s.from = within(s.begin, k), s.to = within(s.end, k);
-    const vf corner = f_max(f_blend(f_lt(s.from, s.begin), o->per[c], zero),
-                            f_blend(f_lt(s.end, s.to), o->per[n], zero));
-    const vf wrong = f_add(f_mul(f_mul(f_set(4), o->most), per), corner);
+    const vf corner = f_max(f_blend(f_le(s.from, s.begin), f_mul(o->off[c], o->per[c]), zero),
+                            f_blend(f_le(s.end, s.to), f_mul(o->off[n], o->per[n]), zero));
+    const vf turned = f_add(f_mul(o->off[c], o->most[n]), f_mul(o->off[n], o->most[c]));
+    const vf wrong = f_add(f_mul(f_mul(f_set(3), turned), per), corner);
     *error = f_max(*error, f_blend(f_lt(s.from, s.to), zero, wrong));
     return s;
 }
@@ -362,8 +393,8 @@ typedef struct sums {
 } sums;
 
 /* One plate more. Where two hide something nobody says how much both do, unless one hides all. */
-static inline void add_plate(const ss_plates *l, const ss_plate *plate, const eye *e, uint32_t lanes,
-                             vm clear, float most, sums *sum) {
+static inline void add_plate(const ss_plates *l, const ss_plate *plate, const double *const at[3],
+                             const eye *e, uint32_t lanes, vm clear, float most, sums *sum) {
     outline o;
     side sides[SS_PLATE_CORNERS];
     vm between, away, inside, touches;
@@ -371,8 +402,8 @@ static inline void add_plate(const ss_plates *l, const ss_plate *plate, const ey
     const float spare = most > 0 ? 1 : 1 + SPARE;
     const vf limit = f_set(spare * spare * (l->square ? 2 : 1));
     vf wrong = f_set(0);
-    see(l, plate, e, lanes, &o, &between, &away);
-    lanes &= ~m_bits(m_and(clear, away));
+    see(l, plate, at, e, lanes, &o, &between, &away);
+    lanes &= ~m_bits(m_and(clear, m_or(away, is_aside(&o, spare))));
     if (!lanes) return;
     for (uint32_t c = 0; c < o.corners; c++) sides[c] = side_of(&o, c, limit, &wrong);
     const vm back = faces_back(&o);
@@ -400,7 +431,7 @@ static inline void add_plate(const ss_plates *l, const ss_plate *plate, const ey
     const vf hidden = f_max(sum->hidden, share);
     sum->open |= m_bits(m_and(both, f_lt(hidden, one)));
     sum->hidden = hidden;
-    const vf error = f_add(f_mul(f_mul(f_set(2), o.off), wrong), f_set(ROUND));
+    const vf error = f_add(f_add(wrong, wrong), f_set(ROUND));
     sum->error = f_max(sum->error, f_blend(here, f_set(0), error));
 }
 
@@ -419,7 +450,7 @@ static inline uint32_t tell_lanes(const ss_plates *l, const double *const at[3],
         if (!lanes) continue;
         if (!seen) set_view(l, &e);
         seen = true;
-        add_plate(l, plate, &e, lanes, f_lt(e.margin, f_abs(height)), most, &sum);
+        add_plate(l, plate, at, &e, lanes, f_lt(e.margin, f_abs(height)), most, &sum);
     }
     f_store(visibility, f_sub(f_set(1), sum.hidden));
     f_store(bound, sum.error);
@@ -427,9 +458,14 @@ static inline uint32_t tell_lanes(const ss_plates *l, const double *const at[3],
     return m_bits(m_and(e.fine, sure)) & ~sum.open;
 }
 
+static inline void keep(const float *from, size_t count, float *to) {
+    if (count == LANES) memcpy(to, from, LANES * sizeof *to);
+    for (size_t j = 0; j < count && count < LANES; j++) to[j] = from[j];
+}
+
 void RUNG(ss_plates_tell)(const ss_plates *plates, const ss_places *places, size_t n, double ulp,
-                          float most, float *visibility, float *bound, uint64_t *told) {
-    uint64_t bits = 0;
+                          float most, float *visibility, float *bound, ss_plates_told *told) {
+    *told = (ss_plates_told){0, 0, 0};
     for (size_t i = 0; i < n; i += LANES) {
         _Alignas(64) float answer[LANES], error[LANES];
         const double *at[3] = {places->at[0] + i, places->at[1] + i, places->at[2] + i};
@@ -439,10 +475,13 @@ void RUNG(ss_plates_tell)(const ss_plates *plates, const ss_places *places, size
             for (size_t j = 0; j < LANES; j++) last[k][j] = at[k][j < count ? j : count - 1];
             at[k] = last[k];
         }
-        const uint64_t here = tell_lanes(plates, at, ulp, most, answer, error);
-        for (size_t j = 0; j < count; j++) visibility[i + j] = answer[j];
-        for (size_t j = 0; j < count && bound; j++) bound[i + j] = error[j];
-        bits |= here << i;
+        const uint32_t asked = 0xffffu >> (LANES - count);
+        const uint64_t here = tell_lanes(plates, at, ulp, most, answer, error) & asked;
+        const vf seen = f_load(answer);
+        told->all |= here << i;
+        told->lit |= (here & m_bits(f_le(f_set(1), seen))) << i;
+        told->dark |= (here & m_bits(f_le(seen, f_set(0)))) << i;
+        keep(answer, count, visibility + i);
+        if (bound) keep(error, count, bound + i);
     }
-    *told = n < 64 ? bits & ((UINT64_C(1) << n) - 1) : bits;
 }

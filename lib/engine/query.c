@@ -297,14 +297,12 @@ static uint64_t tell(const batch *b, const ss_places *places, size_t first, size
         counts->umbra += (uint64_t)__builtin_popcountll(dark);
         return lit | dark;
     }
+    ss_plates_told by;
     float *bound = b->points->error_bound ? b->points->error_bound + first : NULL;
-    tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound,
-                             &told);
-    for (size_t i = 0; i < n; i++) {
-        const uint64_t one = told >> i & 1;
-        counts->lit += one & (visibility[i] == 1), counts->umbra += one & (visibility[i] == 0);
-    }
-    return told;
+    tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound, &by);
+    counts->lit += (uint64_t)__builtin_popcountll(by.lit);
+    counts->umbra += (uint64_t)__builtin_popcountll(by.dark);
+    return by.all;
 }
 
 /* Answers those that can be told; the others go to the front of the range. */

@@ -232,7 +232,7 @@ static bool is_on_a_face(const setting *s, const double p[3]) {
 
 typedef struct answers {
     float visibility[N], bound[N];
-    uint64_t told;
+    ss_plates_told told;
 } answers;
 
 static void ask(const setting *s, size_t n, float most, ss_rung rung, answers *out) {
@@ -252,10 +252,12 @@ static void is_as_wrong_as_it_says(void **unused) {
         answers a;
         ask(&s, N, 1e-3f, ss_cpu_rung(), &a);
         for (int i = 0; i < N; i++) {
-            if (!(a.told >> i & 1)) continue;
+            if (!(a.told.all >> i & 1)) continue;
             const double p[3] = {s.places.at[0][i], s.places.at[1][i], s.places.at[2][i]};
             const double right = truth(&s, p), wrong = fabs((double)a.visibility[i] - right);
             told++, partly += right > .01 && right < .99;
+            assert_int_equal(a.told.lit >> i & 1, a.visibility[i] == 1);
+            assert_int_equal(a.told.dark >> i & 1, a.visibility[i] == 0);
             assert_true(a.bound[i] >= 0 && a.bound[i] <= 1e-3f);
             if (wrong > (double)a.bound[i] + TRUTH_ERROR && !is_on_a_face(&s, p)) {
                 fail_msg("scene %d, point %d: %g, truth %g, bound %g", scene, i,
@@ -279,7 +281,7 @@ static void tells_the_lit_with_room_to_spare(void **unused) {
         for (int k = 0; k < 3; k++) s.light.u[k] *= 1.03, s.light.v[k] *= 1.03;
         s.light.radius *= 1.03;
         for (int i = 0; i < N; i++) {
-            if (!(a.told >> i & 1)) continue;
+            if (!(a.told.all >> i & 1)) continue;
             const double p[3] = {s.places.at[0][i], s.places.at[1][i], s.places.at[2][i]};
             assert_true(a.visibility[i] == 1);
             if (!is_on_a_face(&s, p)) assert_true(truth(&s, p) == 1);
@@ -300,7 +302,7 @@ static void gives_the_same_bits_on_every_rung(void **unused) {
             ask(&s, n, mode ? 1e-3f : 0, SS_SCALAR, &first);
             for (ss_rung rung = SS_AVX2; rung <= ss_cpu_rung(); rung++) {
                 ask(&s, n, mode ? 1e-3f : 0, rung, &other);
-                assert_int_equal(first.told, other.told);
+                assert_memory_equal(&first.told, &other.told, sizeof first.told);
                 assert_memory_equal(first.visibility, other.visibility, n * sizeof(float));
                 assert_memory_equal(first.bound, other.bound, n * sizeof(float));
             }
