@@ -288,7 +288,6 @@ static uint64_t tell(const batch *b, const ss_places *places, size_t first, size
                      ss_counts *counts) {
     const ss_stage *stage = b->asked->stage;
     float *visibility = b->visibility + first;
-    uint64_t told;
     if (!b->plates) {
         uint64_t lit, dark;
         ask_sky[stage->rung](stage->sky, places, n, ulp_of(b->points), &lit, &dark);
