@@ -345,6 +345,24 @@ static void coincident(const sweep *s) {
     finish(s, &one);
 }
 
+/* Far more faces touch each of these points than a contact lists: none of them hides anything. */
+static void on_coincident(const sweep *s) {
+    stress_case one = start("on coincident", "1e6 triangles");
+    const uint32_t a = scene_vertex(&one.mesh, -1, -1, 1), b = scene_vertex(&one.mesh, 1, -1, 1),
+                   c = scene_vertex(&one.mesh, 0, 1, 1);
+    for (int i = 0; i < 1000000; i++) scene_triangle(&one.mesh, a, b, c);
+    one.count = 16; /* each of them looks at all faces */
+    for (size_t i = 0; i < one.count; i++) {
+        const double x = (double)(i % 4) / 8 - .1875, y = (double)(i / 4) / 4 - .75;
+        const double at[4][3] = {{x, y, 1}, {x, -1, 1}, {-1, -1, 1}, {0, 1, 1}};
+        memcpy(one.points[i], at[i % 5 < 2 ? 0 : i % 5 - 1], sizeof at[0]);
+        one.truth[i] = 1;
+    }
+    one.light = scene_sphere_light(0, 0, 3, .3);
+    one.no_maps = true;
+    finish(s, &one);
+}
+
 /* ---- Points on and by casters -------------------------------------------------------------------------- */
 
 static void stand_on(stress_case *one, uint64_t triangle, const double at[3], size_t i) {
@@ -455,5 +473,5 @@ void stress_cases(stress_each *each, void *user) {
     scales(&s), denormals(&s), offsets(&s), rotations(&s);
     radii(&s), distances(&s), grains(&s), suns(&s), touching(&s);
     slivers(&s), soups(&s), on_faces(&s), on_slivers(&s), ulps(&s), coplanar(&s);
-    coincident(&s);
+    coincident(&s), on_coincident(&s);
 }

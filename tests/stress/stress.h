@@ -18,6 +18,7 @@ typedef struct stress_case {
     double *truth;
     bool no_rays;        /* smaller than floats of a scene's size: rays are refused */
     bool in_modes;       /* to be asked in every floating-point mode of the host, too */
+    bool no_maps;        /* map methods are not asked: drawing it takes them minutes, each */
     bool maps_too;       /* false: a map method's answer is not defined here, it only must not fall */
 } stress_case;
 

@@ -81,6 +81,7 @@ static void run_case(const stress_case *one, void *user) {
     printf("%-16.16s %-22.22s", one->sweep, one->cell);
     for (uint32_t i = 0; i < stress_method_count(); i++) {
         const softshadow_method m = stress_method(i);
+        if (one->no_maps && !is_truthful(&m)) continue;
         const softshadow_status status = stress_ask(m.name, one, visibility, bound, STRESS_USUAL);
         const verdict v = judge(one, status, visibility, bound);
         print_cell(one, &m, &v);
