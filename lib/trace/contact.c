@@ -262,13 +262,13 @@ static uint16_t near_face(const ss_contact_face *face, const ss_contact_crowd *c
     return (uint16_t)out;
 }
 
-static void sort(uint32_t *list, size_t n) {
-    for (size_t i = 1; i < n; i++) {
-        const uint32_t moved = list[i];
-        size_t j = i;
-        for (; j > 0 && list[j - 1] > moved; j--) list[j] = list[j - 1];
-        list[j] = moved;
+/* In ascending order. */
+static void add_face(ss_contact_crowd *crowd, uint32_t face, uint16_t of) {
+    uint32_t i = crowd->face_count++;
+    for (; i > 0 && crowd->face[i - 1] > face; i--) {
+        crowd->face[i] = crowd->face[i - 1], crowd->of[i] = crowd->of[i - 1];
     }
+    crowd->face[i] = face, crowd->of[i] = of;
 }
 
 bool ss_contact_gather(const ss_bvh *bvh, const ss_world *world, ss_contact_crowd *crowd,
@@ -280,12 +280,10 @@ bool ss_contact_gather(const ss_bvh *bvh, const ss_world *world, ss_contact_crow
         ss_bvh_near_box(bvh, crowd->low, crowd->high, radius, box, SS_CROWD_MOST);
     crowd->face_count = 0;
     if (found > SS_CROWD_MOST) return false;
-    sort(box, found);
     for (size_t i = 0; i < found; i++) {
         ss_contact_face own;
         const uint16_t of = near_face(face_of(world, box[i], cache, &own), crowd, radius);
-        if (!of) continue;
-        crowd->face[crowd->face_count] = box[i], crowd->of[crowd->face_count++] = of;
+        if (of) add_face(crowd, box[i], of);
     }
     return true;
 }
