@@ -308,11 +308,18 @@ typedef struct asked {
     double gap; /* h_r - h_o */
 } asked;
 
-static inline const float *place(const asked *a, double x, double y) {
+/* A column's or a row's number, within the map. */
+static inline size_t cell_of(const asked *a, double at) {
     const double most = a->mask->maps.frames.resolution - 1.0;
-    const size_t column = (size_t)(x > 0 ? x < most ? x : most : 0);
-    const size_t row = (size_t)(y > 0 ? y < most ? y : most : 0);
+    return (size_t)(int64_t)(at > 0 ? at < most ? at : most : 0);
+}
+
+static inline const float *texel_of(const asked *a, size_t column, size_t row) {
     return a->texels + (row * a->mask->maps.frames.resolution + column) * MASK_CHANNELS;
+}
+
+static inline const float *place(const asked *a, double x, double y) {
+    return texel_of(a, cell_of(a, x), cell_of(a, y));
 }
 
 /* d_o: the mean over the volumes that hold the point, in a region as wide as the filter of the one at
@@ -321,10 +328,13 @@ static double mean_edge(const asked *a, const float *texel) {
     const double gap = (double)a->h - texel[MASK_EDGE];
     double sum = 0;
     int n = 0;
+    size_t column[2 * AROUND + 1];
+    for (int i = -AROUND; i <= AROUND; i++)
+        column[i + AROUND] = cell_of(a, a->x + gap * a->view.reach[0] * i / AROUND);
     for (int j = -AROUND; j <= AROUND; j++) {
-        for (int i = -AROUND; i <= AROUND; i++) {
-            const float *t = place(a, a->x + gap * a->view.reach[0] * i / AROUND,
-                                   a->y + gap * a->view.reach[1] * j / AROUND);
+        const size_t row = cell_of(a, a->y + gap * a->view.reach[1] * j / AROUND);
+        for (int i = 0; i <= 2 * AROUND; i++) {
+            const float *t = texel_of(a, column[i], row);
             if (in_mask(t, a->h)) sum += t[MASK_EDGE], n++;
         }
     }
@@ -351,17 +361,26 @@ static inline float open_at(const asked *a, const float *texel, const aim *at) {
     return own[MASK_COMPARED] < a->h && before_light(a, own, at, gap) ? 0 : 1;
 }
 
+/* floor(), which the least instruction set has not. */
+static inline double lower_of(double x) {
+    if (!(fabs(x) < 0x1p52)) return x;
+    const double whole = (double)(int64_t)x;
+    return whole > x ? whole - 1 : whole;
+}
+
 /* One tap at (s, t) on the light, compared with four texels: the filter that graphics hardware has. */
 static float tap(const asked *a, double s, double t, double away) {
     const aim at = {a->from_light[0][0] * s + a->from_light[0][1] * t,
                     a->from_light[1][0] * s + a->from_light[1][1] * t, away};
     const double x = a->x + a->gap * at.x - .5, y = a->y + a->gap * at.y - .5;
-    const double left = floor(x), low = floor(y);
+    const double left = lower_of(x), low = lower_of(y);
     const float u = (float)(x - left), v = (float)(y - low);
-    const float below = (1 - u) * open_at(a, place(a, left, low), &at) +
-                        u * open_at(a, place(a, left + 1, low), &at);
-    const float above = (1 - u) * open_at(a, place(a, left, low + 1), &at) +
-                        u * open_at(a, place(a, left + 1, low + 1), &at);
+    const size_t column[2] = {cell_of(a, left), cell_of(a, left + 1)};
+    const size_t row[2] = {cell_of(a, low), cell_of(a, low + 1)};
+    const float below = (1 - u) * open_at(a, texel_of(a, column[0], row[0]), &at) +
+                        u * open_at(a, texel_of(a, column[1], row[0]), &at);
+    const float above = (1 - u) * open_at(a, texel_of(a, column[0], row[1]), &at) +
+                        u * open_at(a, texel_of(a, column[1], row[1]), &at);
     return (1 - v) * below + v * above;
 }
 
