@@ -156,11 +156,25 @@ static bool edge_hidden(const ss_limit_face *f, const ss_rim *rim, const ss_rim_
     return true;
 }
 
-static softshadow_status find_hidden(const ss_limit_face *f, const ss_rim *rim, uint8_t **out) {
+typedef struct hiding {
+    const ss_limit_face *face;
+    const ss_rim *rim;
+    uint8_t *hidden; /* of each edge */
+} hiding;
+
+static softshadow_status hide(void *ctx, uint64_t begin, uint64_t end) {
+    const hiding *h = ctx;
+    for (uint64_t i = begin; i < end; i++)
+        h->hidden[i] = edge_hidden(h->face, h->rim, &h->rim->edge[i]);
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status find_hidden(const ss_stage *stage, const ss_limit_face *f,
+                                     const ss_rim *rim, uint8_t **out) {
     *out = ss_alloc(rim->edge_count, 1);
     if (!*out) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", rim->edge_count);
-    for (size_t i = 0; i < rim->edge_count; i++) (*out)[i] = edge_hidden(f, rim, &rim->edge[i]);
-    return SOFTSHADOW_OK;
+    hiding h = {f, rim, *out};
+    return ss_parallel_for(stage->pool, rim->edge_count, 256, hide, &h);
 }
 
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
@@ -172,7 +186,7 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
     size_t count = 0;
     ribbons r = {face, &rim};
     softshadow_status status = ss_rim_build(&rim, stage, found, face->frame, face->side);
-    if (!status) status = find_hidden(face, &rim, &unseen);
+    if (!status) status = find_hidden(stage, face, &rim, &unseen);
     style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) status = draw(stage, &r, triangles, count);

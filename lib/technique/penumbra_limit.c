@@ -52,28 +52,50 @@ static float floor_of(const ss_limit_face *f, size_t i, float here) {
     return (open > top ? open : top) + f->near;
 }
 
+#define ROWS 16 /* that a thread takes at once */
+
+typedef struct limiting {
+    ss_limit_face *face;
+    float *above, *lower; /* where to look for b from; what is there */
+} limiting;
+
 /* Steps 1 and 3: the limits above and below. Outside: c, between which and the surface the equation
  * says lit of itself, and that surface. Inside: the occluder's own surface, and the front face that
  * light past the silhouette ends on: the first below half way there, as what lies nearer to c is
  * the occluder itself ([Lawlor06]: "throw away geometry above or near the occluder depth"). */
-static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
-    const size_t n = (size_t)r->side * r->side;
+static softshadow_status limit_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const limiting *l = ctx;
+    ss_limit_face *r = l->face;
     const float far = (float)r->frame->far_h;
-    float *above = r->key, *lower = ss_alloc(n, sizeof *lower);
-    if (!lower) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = begin * r->side; i < end * r->side; i++) {
         float *texel = r->texels + i * LIMIT_CHANNELS;
         const bool none = texel[LIMIT_C] == SS_MAP_FAR, outside = texel[LIMIT_Q] > r->per_texel;
         const float c = texel[LIMIT_C], depth = r->depth[i];
         const float open = texel[LIMIT_B] < far ? texel[LIMIT_B] : far, half = (c + open) / 2;
-        above[i] = none || outside ? SS_MAP_FAR : half > depth ? half : depth;
+        l->above[i] = none || outside ? SS_MAP_FAR : half > depth ? half : depth;
         /* the edge may run beside the centre of an uncovered texel that is inside of it */
         const bool past = depth >= half && depth > c + r->near && texel[LIMIT_Q] > -r->per_texel;
         const bool covered = none || (texel[LIMIT_Q] <= 0 && !past);
         texel[LIMIT_G] = covered ? depth : c;
         if (outside) texel[LIMIT_B] = depth;
-        else if (!(above[i] < SS_MAP_FAR)) texel[LIMIT_B] = SS_MAP_FAR;
+        else if (!(l->above[i] < SS_MAP_FAR)) texel[LIMIT_B] = SS_MAP_FAR;
     }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status floor_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const limiting *l = ctx;
+    const ss_limit_face *r = l->face;
+    for (size_t i = begin * r->side; i < end * r->side; i++) {
+        if (l->above[i] < SS_MAP_FAR)
+            r->texels[i * LIMIT_CHANNELS + LIMIT_B] = floor_of(r, i, l->lower[i]);
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
+    limiting l = {r, r->key, ss_alloc_any((size_t)r->side * r->side, sizeof *l.lower)};
+    if (!l.lower) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
     const ss_raster_casters casters = {.world = stage->world,
                                        .frame = r->frame,
                                        .resolution = r->side,
@@ -81,12 +103,10 @@ static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
                                        .steepest = SS_MAP_STEEPEST,
                                        .deepest = r->frame->far_h,
                                        .front_only = true};
-    const softshadow_status status = stage->raster->peel(&casters, above, lower, stage->pool);
-    for (size_t i = 0; i < n && !status; i++) {
-        if (above[i] < SS_MAP_FAR)
-            r->texels[i * LIMIT_CHANNELS + LIMIT_B] = floor_of(r, i, lower[i]);
-    }
-    ss_free(lower);
+    softshadow_status status = ss_parallel_for(stage->pool, r->side, ROWS, limit_rows, &l);
+    if (!status) status = stage->raster->peel(&casters, l.above, l.lower, stage->pool);
+    if (!status) status = ss_parallel_for(stage->pool, r->side, ROWS, floor_rows, &l);
+    ss_free(l.lower);
     return status;
 }
 

@@ -328,6 +328,13 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
     return status;
 }
 
+static softshadow_status clear_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const volumes *v = ctx;
+    for (size_t i = begin * v->side; i < end * v->side; i++)
+        v->key[i] = v->texels[i * VOLUME_CHANNELS + VOLUME_DEPTH] = SS_MAP_FAR;
+    return SOFTSHADOW_OK;
+}
+
 static softshadow_status build_face(const ss_stage *stage, volume_state *state,
                                     const ss_silhouette *found, uint32_t face) {
     const ss_light_maps *maps = &state->maps;
@@ -345,12 +352,10 @@ static softshadow_status build_face(const ss_stage *stage, volume_state *state,
                  .paper = state->paper};
     v.near = fminf(v.per_texel, (float)(NEAR * frame->texel));
     v.steep = (float)(2 * SLOPE * SS_MAP_STEEPEST * frame->texel) + v.near;
-    v.key = ss_alloc(n, sizeof *v.key);
+    v.key = ss_alloc_any(n, sizeof *v.key);
     if (!v.key) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
-    for (size_t i = 0; i < n; i++) {
-        v.key[i] = v.texels[i * VOLUME_CHANNELS + VOLUME_DEPTH] = SS_MAP_FAR;
-    }
-    const softshadow_status status = draw_volumes(stage, &v, found);
+    softshadow_status status = ss_parallel_for(stage->pool, side, 16, clear_rows, &v);
+    if (!status) status = draw_volumes(stage, &v, found);
     ss_free(v.key);
     return status;
 }
