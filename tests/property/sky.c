@@ -207,8 +207,50 @@ static void dark_in_solids(void **state) {
           (unsigned long)told.dark);
 }
 
+/* A cup under a small sun, its wall leaning out by a third of a texel a bin, and points just outside the
+ * wall, under the rim: they see some of the sun past a place of the wall that a map of insides must not
+ * take to be inside, in a texel that the wall passes through. */
+enum { CUP = 600 };
+
+static void make_cup(scene_mesh *mesh, double inwards) {
+    const uint32_t top = scene_vertex(mesh, 0, 0, 1), bottom = scene_vertex(mesh, 0, 0, -1);
+    for (uint32_t i = 0; i < CUP; i++) {
+        const double turn = 2 * 3.14159265358979 * i / CUP, low = 1 - inwards;
+        scene_vertex(mesh, cos(turn), sin(turn), 1);
+        scene_vertex(mesh, low * cos(turn), low * sin(turn), -1);
+    }
+    for (uint32_t i = 0; i < CUP; i++) {
+        const uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % CUP);
+        scene_triangle(mesh, top, a, b), scene_triangle(mesh, bottom, b + 1, a + 1);
+        scene_triangle(mesh, a, a + 1, b), scene_triangle(mesh, b, a + 1, b + 1);
+    }
+}
+
+static void under_a_rim(void **state) {
+    (void)state;
+    double(*points)[3] = malloc(N * sizeof *points);
+    tally told = {0};
+    uint64_t s = 5;
+    for (int i = 0; i < 4; i++) {
+        scene_mesh mesh = {0};
+        const double inwards = scene_uniform(&s, 0.045, 0.065);
+        make_cup(&mesh, inwards);
+        for (int j = 0; j < N; j++) {
+            const double turn = scene_uniform(&s, 0, 6.2832), z = 1 - scene_uniform(&s, 0.1, 0.125),
+                         rim = 1 - inwards * (1 - z) / 2, far = rim + scene_uniform(&s, -1e-4, 1e-3);
+            points[j][0] = far * cos(turn), points[j][1] = far * sin(turn), points[j][2] = z;
+        }
+        const softshadow_light light = scene_sun_light(0, 0, -1, scene_uniform(&s, 0.03, 0.04));
+        ask question = ask_new("exact", &mesh, light, (const double(*)[3])points, N, 256);
+        check_type(&question, false, "under a rim", &told);
+        scene_free(&mesh);
+    }
+    free(points);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(batches_of_any_size),
-                                       cmocka_unit_test(dark_in_solids)};
+                                       cmocka_unit_test(dark_in_solids),
+                                       cmocka_unit_test(under_a_rim)};
     return cmocka_run_group_tests_name("lit and dark points first", tests, NULL, NULL);
 }
