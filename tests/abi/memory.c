@@ -309,6 +309,46 @@ static void coarser_levels(void **state) {
     scene_free(&w.mesh);
 }
 
+static bool is_exact(const char *method) { return strcmp(method, "exact") == 0; }
+
+/* A map of lit and dark points, which many points repay, of a ball that has enough faces for both. */
+static void lit_and_dark_first(void **state) {
+    work w = new_work(*state);
+    scene_icosphere(&w.mesh, (const double[3]){0, 0, 2}, 1.2, 3, 0);
+    CHECK(w.mesh.triangles >= 1024, "%zu faces are too few for a map of dark points",
+          w.mesh.triangles);
+    w.build.points_ahead = 1 << 30;
+    w.light.radius = 0.2;
+    softshadow *handle = NULL;
+    softshadow_stats stats = SOFTSHADOW_STATS_INIT;
+    OK(NULL, softshadow_create(&handle, NULL));
+    OK(handle, add(handle, &w));
+    OK(handle, build_and_ask(handle, &w, w.want));
+    OK(handle, softshadow_get_stats(handle, &stats));
+    CHECK(stats.points_settled > stats.points_lit, "no dark points were told first: %lu, %lu lit",
+          (unsigned long)stats.points_settled, (unsigned long)stats.points_lit);
+    softshadow_destroy(handle);
+    fail_each(&w, false);
+    scene_free(&w.mesh);
+}
+
+/* A plate, by which points are told. */
+static void flat_casters(void **state) {
+    work w = new_work(*state);
+    scene_rect(&w.mesh, -0.5, 0.5, -0.5, 0.5, 2);
+    w.light.profile = NULL, w.light.profile_count = 0; /* plates know of none */
+    softshadow *handle = NULL;
+    softshadow_stats stats = SOFTSHADOW_STATS_INIT;
+    OK(NULL, softshadow_create(&handle, NULL));
+    OK(handle, add(handle, &w));
+    OK(handle, build_and_ask(handle, &w, w.want));
+    OK(handle, softshadow_get_stats(handle, &stats));
+    CHECK(stats.points_settled > 0, "no point was told by the plate");
+    softshadow_destroy(handle);
+    fail_each(&w, false);
+    scene_free(&w.mesh);
+}
+
 /* One method with its maps and its query on the GPU. */
 static void on_the_gpu(void **state) {
     softshadow_backend egl = SOFTSHADOW_BACKEND_INIT;
@@ -339,6 +379,8 @@ int main(void) {
         {"every allocation fails once", every_allocation_fails_once, NULL},
         {"with propagated penumbrae", propagated_penumbrae, is_limit},
         {"with coarser levels", coarser_levels, ask_auto},
+        {"with lit and dark points told first", lit_and_dark_first, is_exact},
+        {"with flat casters", flat_casters, is_exact},
         {"on the GPU", on_the_gpu, is_limit},
     };
     return ask_run("memory", tests, sizeof tests / sizeof *tests);
