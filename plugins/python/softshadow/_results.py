@@ -44,7 +44,7 @@ class Stats:
     peak_bytes: int  #: most ever held
     method_used: str
     backend_used: str
-    points_settled: int  #: answered for a whole group at once
+    points_settled: int  #: told lit or dark before anything was drawn
     lod_triangles: int  #: triangles of coarser levels at hand; 0: none was used
     upload_seconds: float  #: of build and queries, spent on copies to the GPU
     download_seconds: float  #: and back
