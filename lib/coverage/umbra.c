@@ -152,7 +152,9 @@ static void draw_large(const canvas *c, const uint32_t v[3], const ss_sky_span *
             const bool plane = isfinite(face.constant);
             const double low = plane ? ss_max(here - slope, least) : least,
                          high = plane ? ss_min(here + slope, face.most) : face.most;
-            put(c, &of, x, y, bin_of(c->sky, low - margin), bin_of(c->sky, high + margin));
+            /* Where the face ends before the texel the plane's range is beside the face's. */
+            const int one = bin_of(c->sky, low - margin), other = bin_of(c->sky, high + margin);
+            put(c, &of, x, y, one < other ? one : other, one < other ? other : one);
         }
     }
 }

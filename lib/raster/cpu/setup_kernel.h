@@ -58,12 +58,14 @@ INLINE void snap(const corners *c, snapped *out) {
     least_most(out->y, &out->low_y, &out->high_y);
 }
 
-/* Small triangles that turn their back to the light: the products are far below 2^31. */
+/* Small triangles that turn their back to the light: the products are far below 2^31. What is not small
+ * has no area here. */
 INLINE void turned_of(const snapped *s, bool mirrored, ss_wide_ints *out) {
     const int32_t most = SS_SCAN_BLOCK / 2 * SS_SUBTEXELS;
     const ss_wide_ints small = (s->high_x - s->low_x < most) & (s->high_y - s->low_y < most);
-    const ss_wide_ints area = (s->x[1] - s->x[0]) * (s->y[2] - s->y[0]) -
-                              (s->x[2] - s->x[0]) * (s->y[1] - s->y[0]);
+    const ss_wide_ints right = small & (s->x[1] - s->x[0]), up = small & (s->y[1] - s->y[0]);
+    const ss_wide_ints area =
+        right * (small & (s->y[2] - s->y[0])) - (small & (s->x[2] - s->x[0])) * up;
     const ss_wide_ints left = area > 0;
     *out = small & (mirrored ? left : ~left);
 }
