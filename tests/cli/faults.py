@@ -37,12 +37,18 @@ class Faults(Case):
         self.assertEqual(self.left(), [])
 
     def test_file_size_limit(self):
-        def limit():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
+        """The file may end anywhere: in its head, at a page, at the last byte."""
         path = self.put("p.npy", npy(ground(60000)))
-        self.bad(self.query("--samples", "1", path, "-o", self.path("o.npy"), preexec_fn=limit), 1,
-                 "o.npy", "too large")
-        self.assertEqual(self.left(), [])
+        size = 60000 * 4 + 128
+        for most in (0, 1, 4096, 100000, size - 1):
+            def limit():
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+            self.bad(self.query("--samples", "1", path, "-o", self.path("o.npy"), preexec_fn=limit), 1,
+                     "o.npy", "too large")
+            self.assertEqual(self.left(), [], most)
+        most = size
+        self.good(self.query("--samples", "1", path, "-o", self.path("o.npy"), preexec_fn=limit))
+        self.assertEqual(os.path.getsize(self.path("o.npy")), size)
 
     def test_inputs(self):
         self.bad(self.query(self.path("none.csv")), 1, "none.csv", "No such file")
