@@ -105,15 +105,7 @@ static float fraction(const scratch *s, const ss_view *view, const double *norma
     return all > 0 ? (float)(seen / all) : 0;
 }
 
-/* ---- one point, in double
- * ----------------------------------------------------------------------*/
-
-static bool skipped(const ss_contact *contact, uint32_t triangle) {
-    for (uint32_t i = 0; i < contact->near_count; i++) {
-        if (contact->near[i] == triangle) return true;
-    }
-    return false;
-}
+/* ---- one point, in double -------------------------------------------------------------------- */
 
 /* Everything in this point's shaft, ready to be tested one by one. */
 static softshadow_status gather_direct(scratch *s, unsigned lane, size_t *count) {
@@ -127,7 +119,7 @@ static softshadow_status gather_direct(scratch *s, unsigned lane, size_t *count)
     }
     *count = 0;
     for (size_t i = 0; i < found; i++) {
-        if (skipped(contact, s->triangles[i])) continue;
+        if (ss_contact_lists(contact, s->triangles[i])) continue;
         ss_direct_set(&s->direct[(*count)++], s->stage->world, s->triangles[i], contact->p);
     }
     return SOFTSHADOW_OK;

@@ -227,6 +227,48 @@ static void find_contacts(scratch *s, const ss_point *points, unsigned n, double
     ss_group_widen(s->group, moved);
 }
 
+/* ---- what floats are blind for ------------------------------------------------------------------
+ *
+ * Floats see nothing before t_near, which is along the light's axis. A segment that leaves at a shallow
+ * angle to its plane is longer by then than SS_NEAR, within which faces are contact's business: points
+ * with another face so near are left to doubles. */
+
+/* The longest such segment. */
+static double blind_reach(const scratch *s, unsigned lane) {
+    const ss_light *light = &s->state->light;
+    const double near = (double)s->group->t_near[lane], radius = light->radius;
+    double to[3];
+    if (light->type == SOFTSHADOW_SUN) return near * hypot(1, radius);
+    ss_sub(light->centre, s->contact[lane].p, to);
+    const double distance = ss_length(to);
+    if (light->type != SOFTSHADOW_SPHERE) return near * (distance + radius);
+    const double tangent = (distance - radius) * (distance + radius);
+    return near * distance * distance / sqrt(ss_max(tangent, 0)); /* on the sphere: infinite */
+}
+
+/* Is a face within `reach` that contact does not list? Yes, too, where that takes too long to tell. */
+static bool is_blind(const scratch *s, unsigned lane, double reach) {
+    const ss_stage *stage = s->stage;
+    const ss_contact *contact = &s->contact[lane];
+    uint32_t face[SS_CROWD_MOST];
+    const double radius = reach * 1.0001 + 0x1p-24;
+    const size_t found = ss_bvh_near(stage->bvh, contact->p, radius, face, SS_CROWD_MOST);
+    if (found > SS_CROWD_MOST) return true;
+    for (size_t i = 0; i < found; i++) {
+        if (ss_contact_lists(contact, face[i])) continue;
+        if (ss_contact_distance(stage->world, face[i], contact->p, s->faces) <= radius) return true;
+    }
+    return false;
+}
+
+static void leave_blind(scratch *s) {
+    for (uint32_t m = s->group->lanes; m; m &= m - 1) {
+        const unsigned lane = (unsigned)__builtin_ctz(m);
+        const double reach = blind_reach(s, lane);
+        if (reach > SS_NEAR && is_blind(s, lane, reach)) s->group->lanes &= ~(1u << lane);
+    }
+}
+
 void ss_exact_view(scratch *s, unsigned lane) {
     ss_group_view_of(s->group, s->views, lane, &s->state->light, &s->view[lane]);
 }
@@ -244,4 +286,5 @@ void ss_exact_set_up(scratch *s, const ss_point *points, unsigned n) {
     find_contacts(s, points, n, ulp, low, high);
     s->state->kernel->view(s->group, &s->state->light, s->views);
     s->group->lanes &= (1u << n) - 1;
+    leave_blind(s);
 }

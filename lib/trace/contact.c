@@ -128,6 +128,13 @@ static double nearest_on_triangle(const double p[3], const ss_contact_face *face
     return best;
 }
 
+double ss_contact_distance(const ss_world *world, uint32_t triangle, const double p[3],
+                           ss_contact_face *cache) {
+    ss_contact_face own;
+    double place[3];
+    return nearest_on_triangle(p, face_of(world, triangle, cache, &own), INFINITY, place);
+}
+
 /* Keeps the nearest SS_NEAR_MOST, the farthest of them last. */
 static void keep(candidate *list, uint32_t *count, const candidate *found) {
     if (*count == SS_NEAR_MOST && found->distance >= list[*count - 1].distance) return;

@@ -38,6 +38,12 @@ static inline uint32_t ss_contact_touched(const ss_contact *contact) {
     return contact->near_count - contact->tested_count;
 }
 
+static inline bool ss_contact_lists(const ss_contact *contact, uint32_t triangle) {
+    for (uint32_t i = 0; i < contact->near_count; i++) {
+        if (contact->near[i] == triangle) return true;
+    }
+    return false;
+}
 
 /* Faces read for one point serve its neighbours: SS_CONTACT_CACHE of them, zeroed by the caller, or NULL.
  * A cache changes no answer. */
@@ -51,6 +57,10 @@ typedef struct ss_contact_face {
 
 void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *point,
                      ss_contact_face *cache, ss_contact *contact);
+
+/* From p to a face. */
+double ss_contact_distance(const ss_world *world, uint32_t triangle, const double p[3],
+                           ss_contact_face *cache);
 
 /* Points close together, by coordinates: looked at once for all of them, which no answer shows. */
 #define SS_CROWD      16

@@ -222,6 +222,47 @@ static void rotations_change_only_the_sampling(void **state) {
     free(points), free(turned);
 }
 
+/* However little a point is behind a face, which is all between it and the light, and however shallow
+ * it looks along the light. */
+static void faces_hide_from_where_they_are(void **state) {
+    double(*points)[3] = malloc(N * sizeof *points), at[3];
+    const softshadow_light list[] = {
+        scene_disk_light(0, 0.6, 0.8, 0, 0.8, -0.6, 0.3),
+        scene_disk_light(0, 1.2, 0.9, 0, 0.6, -0.8, 0.4),
+        scene_rect_light(0.5, 1, 0.002, 0.3, 0.5),
+        scene_sphere_light(0, 0, 0.31, 0.3),
+        scene_sun_light(0.5, 0, -1, 1),
+    };
+    uint64_t s = 5;
+    for (size_t i = 0; i < 3 * COUNT(list); i++) {
+        double r[9];
+        scene_mesh mesh = {0};
+        softshadow_light light = list[i % COUNT(list)];
+        scene_rotation(&s, r);
+        scene_triangle(&mesh, scene_vertex(&mesh, -9, -7, 0), scene_vertex(&mesh, 9, -7, 0),
+                       scene_vertex(&mesh, 0, 10, 0));
+        scene_transform(&mesh, (const double[12]){r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6],
+                                                  r[7], r[8], 0});
+        turn3(r, list[i % COUNT(list)].position, light.position);
+        turn3(r, list[i % COUNT(list)].direction, light.direction);
+        turn3(r, list[i % COUNT(list)].u, light.u);
+        turn3(r, list[i % COUNT(list)].v, light.v);
+        for (size_t k = 0; k < N; k++) {
+            at[0] = scene_uniform(&s, -0.3, 0.3), at[1] = scene_uniform(&s, -0.3, 0.3);
+            at[2] = -pow(10, scene_uniform(&s, -12, -2));
+            turn3(r, at, points[k]);
+        }
+        ask a = answer(*state, &mesh, light, points);
+        for (size_t k = 0; k < N; k++) {
+            CHECK(a.visibility[k] == 0, "light %zu: point %zu sees %g of it", i, k,
+                  (double)a.visibility[k]);
+        }
+        ask_free(&a);
+        scene_free(&mesh);
+    }
+    free(points);
+}
+
 int main(void) {
     const ask_test tests[] = {
         {"a screen and its complement add up to 1", complements_add_up, ask_truthful},
@@ -231,6 +272,7 @@ int main(void) {
         {"triangle order does not matter", triangle_order_does_not_matter, ask_truthful},
         {"small lights tend to points", small_lights_tend_to_points, ask_truthful},
         {"rotations change only the sampling", rotations_change_only_the_sampling, ask_truthful},
+        {"faces hide from where they are", faces_hide_from_where_they_are, ask_truthful},
     };
     return ask_run("relations", tests, COUNT(tests));
 }
