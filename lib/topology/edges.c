@@ -175,4 +175,6 @@ void ss_edges_free(ss_topology *topology) {
     ss_free(topology->triangle_edges);
     ss_free(topology->triangle_component);
     ss_free(topology->components);
+    ss_free(topology->triangle_solid);
+    ss_free(topology->solids);
 }

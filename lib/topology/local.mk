@@ -10,6 +10,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/quadric.h \
   %D%/report.c \
   %D%/simplify.c %D%/simplify.h \
+  %D%/solids.c %D%/solids.h \
   %D%/topology.c %D%/topology.h \
   %D%/weld.c %D%/weld.h
 # For programs in C that link the archive, as the unit tests do: libtool keeps -lstdc++ and -lm

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "topology/edges.h"
+#include "topology/solids.h"
 #include "topology/weld.h"
 
 typedef struct welder {
@@ -70,14 +71,13 @@ static void measure(ss_component *component, const ss_world *world, uint32_t t) 
     component->volume += cone(apex, corner) / 6;
 }
 
-static void measure_components(ss_topology *out, const ss_world *world) {
+static void measure_all(const uint32_t *of, ss_component *components, const ss_world *world) {
     const ss_world_mesh *mesh = world->meshes;
     for (uint32_t t = 0; t < world->triangle_count; t++) {
         while (mesh + 1 < world->meshes + world->mesh_count && t >= mesh[1].first_triangle) mesh++;
-        const uint32_t c = out->triangle_component[t];
-        if (c == SS_NO_COMPONENT) continue;
-        measure(&out->components[c], world, t);
-        if (mesh->source->opacity.texels) out->components[c].closed = false;
+        if (of[t] == SS_NO_COMPONENT) continue;
+        measure(&components[of[t]], world, t);
+        if (mesh->source->opacity.texels) components[of[t]].closed = false;
     }
 }
 
@@ -90,11 +90,13 @@ softshadow_status ss_topology_build(ss_topology **out, const ss_world *world, ss
                                 world->vertex_count};
     if (status == SOFTSHADOW_OK) status = ss_edges_build(topology, &corners, pool);
     if (status == SOFTSHADOW_OK) status = ss_components_build(topology);
+    if (status == SOFTSHADOW_OK) status = ss_solids_build(topology, world);
     if (status != SOFTSHADOW_OK) {
         ss_topology_destroy(topology);
         return status;
     }
-    measure_components(topology, world);
+    measure_all(topology->triangle_component, topology->components, world);
+    if (topology->solids) measure_all(topology->triangle_solid, topology->solids, world);
     *out = topology;
     return SOFTSHADOW_OK;
 }
@@ -110,5 +112,7 @@ size_t ss_topology_bytes(const ss_topology *topology) {
            (topology->edge_count + 1) * sizeof *topology->edges +
            topology->use_count * sizeof *topology->uses +
            topology->triangle_count * 4 * sizeof *topology->triangle_edges +
-           topology->component_count * sizeof *topology->components;
+           topology->component_count * sizeof *topology->components +
+           (topology->solids ? topology->triangle_count * sizeof *topology->triangle_solid : 0) +
+           topology->solid_count * sizeof *topology->solids;
 }

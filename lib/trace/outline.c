@@ -23,7 +23,7 @@ typedef struct builder {
     uint8_t *lit;       /* by position: sides that all of the light is on, SS_DROP_FRONT or _BACK */
     uint32_t *edge;     /* topology's edge -> ours */
     int32_t *sum;       /* per edge, all 0 between lists */
-    uint8_t *drop;      /* per component: SS_DRAW_BOTH .. */
+    uint8_t *drop;      /* per solid: SS_DRAW_BOTH .. */
     const ss_light *light;
 } builder;
 
@@ -240,36 +240,34 @@ static bool any_tested(const builder *b, uint32_t first, uint32_t last) {
     return false;
 }
 
-/* Which faces of each component need not be drawn. Closed by sums is not enough: two solids glued
- * along an edge, one of them inside out, are closed, too; so every edge must have just two uses. */
+/* Which faces of each solid need not be drawn. Closed by sums is not enough: two solids glued along
+ * an edge, one of them inside out, are closed, too; so where an edge has more than two uses it is the
+ * solids of connectivity.h that are asked. */
 static bool find_solids(builder *b) {
     const ss_topology *t = b->topology;
+    const ss_component *solids = t->solids ? t->solids : t->components;
+    const uint32_t count = t->solids ? t->solid_count : t->component_count;
     double low[3], high[3];
-    b->drop = ss_alloc(t->component_count, 1);
+    b->drop = ss_alloc(count, 1);
     if (!b->drop) return false;
     ss_light_box(b->light, low, high);
-    for (uint32_t c = 0; c < t->component_count; c++) {
-        const ss_component *from = &t->components[c];
+    for (uint32_t c = 0; c < count; c++) {
+        const ss_component *from = &solids[c];
+        const bool fin = from->triangle_count == 2; /* back to back: one of them always faces away */
         bool apart = false;
         for (int k = 0; k < 3; k++) {
             apart |= low[k] > from->high[k] || high[k] < from->low[k];
         }
-        if (!from->closed || !apart || from->volume == 0) continue;
-        b->drop[c] = from->volume > 0 ? SS_DROP_FRONT : SS_DROP_BACK;
-    }
-    for (size_t e = 0; e < t->edge_count; e++) {
-        if (ss_edge_uses(&t->edges[e]) == 2) continue;
-        const uint32_t triangle = ss_use_triangle(t->uses[t->edges[e].first_use]);
-        if (t->triangle_component[triangle] != SS_NO_COMPONENT) {
-            b->drop[t->triangle_component[triangle]] = SS_DRAW_BOTH;
-        }
+        if (!from->closed || !apart || (from->volume == 0 && !fin)) continue;
+        b->drop[c] = from->volume > 0 || fin ? SS_DROP_FRONT : SS_DROP_BACK;
     }
     return true;
 }
 
 static uint8_t drop_of(const builder *b, uint32_t triangle) {
-    const uint32_t component = b->topology->triangle_component[triangle];
-    return component == SS_NO_COMPONENT ? SS_DRAW_BOTH : b->drop[component];
+    const ss_topology *t = b->topology;
+    const uint32_t solid = t->solids ? t->triangle_solid[triangle] : t->triangle_component[triangle];
+    return solid == SS_NO_COMPONENT ? SS_DRAW_BOTH : b->drop[solid];
 }
 
 /* Where point and light are on one side of a face it is in nobody's way. */

@@ -30,7 +30,7 @@ typedef struct ss_outline_node {
     uint32_t unused[14];
 } ss_outline_node;
 
-/* Of a solid, a closed component with the light outside, one kind of faces is enough: those that
+/* Of a solid, a closed surface with the light outside, one kind of faces is enough: those that
  * face away from the point. A segment that is inside must leave through one, whether the point is
  * outside, on or in the solid. */
 enum { SS_DRAW_BOTH = 0, SS_DROP_FRONT, SS_DROP_BACK };

@@ -150,6 +150,67 @@ static void meshes_stay_apart(void **unused) {
     shape_free(&cube);
 }
 
+/* A cube, and what touches it along the edge x = y = 1: its triangles' corners in `more`, numbered from
+ * the cube's eight on. */
+static built build_touched(const double (*v)[3], size_t nv, const uint32_t (*t)[3], size_t nt) {
+    shape cube = shape_cube();
+    double vertices[16][3];
+    uint32_t triangles[24][3];
+    memcpy(vertices, cube.vertices, 8 * sizeof *v), memcpy(vertices + 8, v, nv * sizeof *v);
+    memcpy(triangles, cube.triangles, 12 * sizeof *t), memcpy(triangles + 12, t, nt * sizeof *t);
+    shape both = shape_of(vertices, 8 + nv, triangles, 12 + nt);
+    built b = build_shape(&both);
+    check_tables(&b);
+    shape_free(&cube);
+    shape_free(&both);
+    return b;
+}
+
+/* A second cube beside the first: closed by sums as one, whichever way its faces look. */
+static void cubes_that_touch_come_apart(void **unused) {
+    (void)unused;
+    for (int inverted = 0; inverted < 2; inverted++) {
+        shape other = shape_cube();
+        for (size_t i = 0; i < 8; i++) other.vertices[i][0] += 2, other.vertices[i][1] += 2;
+        for (size_t i = 0; i < 12; i++) {
+            for (int k = 0; k < 3; k++) other.triangles[i][k] += 8;
+            const uint32_t first = other.triangles[i][0];
+            if (!inverted) continue;
+            other.triangles[i][0] = other.triangles[i][1], other.triangles[i][1] = first;
+        }
+        built b = build_touched((const double(*)[3])other.vertices, 8,
+                                (const uint32_t(*)[3])other.triangles, 12);
+        const ss_topology *o = b.topology;
+        assert_int_equal(o->component_count, 1);
+        assert_true(o->components[0].closed);
+        assert_int_equal(o->solid_count, 2);
+        for (uint32_t t = 0; t < 24; t++) assert_int_equal(o->triangle_solid[t], t / 12);
+        assert_true(o->solids[0].closed && o->solids[1].closed);
+        assert_true(o->solids[0].volume > 0);
+        const double sign = inverted ? -1 : 1;
+        assert_true(fabs(o->solids[1].volume - sign * o->solids[0].volume) < 1e-12);
+        drop(&b);
+        shape_free(&other);
+    }
+}
+
+/* A fin is a solid of its own; a flap of one triangle leaves its neighbours open. */
+static void fins_come_off(void **unused) {
+    (void)unused;
+    static const double tip[][3] = {{2, 2, 0}};
+    static const uint32_t fin[][3] = {{3, 7, 8}, {7, 3, 8}};
+    built b = build_touched(tip, 1, fin, 2);
+    assert_int_equal(b.topology->solid_count, 2);
+    assert_true(b.topology->solids[0].closed && b.topology->solids[1].closed);
+    assert_int_equal(b.topology->solids[1].triangle_count, 2);
+    drop(&b);
+    b = build_touched(tip, 1, fin, 1);
+    for (uint32_t i = 0; i < b.topology->solid_count; i++) {
+        assert_false(b.topology->solids[i].closed);
+    }
+    drop(&b);
+}
+
 /* Negative zero, corners that fall together only as floats, and unused vertices. */
 static void degenerate_triangles(void **unused) {
     (void)unused;
@@ -363,6 +424,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cube_is_solid),     cmocka_unit_test(turned_inside_out),
         cmocka_unit_test(meshes_stay_apart), cmocka_unit_test(degenerate_triangles),
+        cmocka_unit_test(cubes_that_touch_come_apart), cmocka_unit_test(fins_come_off),
         cmocka_unit_test(empty_world),       cmocka_unit_test(same_on_any_threads),
         cmocka_unit_test(report_cube),       cmocka_unit_test(report_open_and_complex),
         cmocka_unit_test(report_refused),    cmocka_unit_test(halfedges_agree),
