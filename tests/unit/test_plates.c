@@ -1,4 +1,4 @@
-/* Points told by closed forms: as far from the truth as they say at most, on every rung with the same
+/* Points told by closed forms: far nearer to the truth than they say at most, on every rung with the same
  * bits; and what is told to be lit is so with room to spare. The truth: rows of the light, in each of which
  * what a triangle hides is an interval, in double. */
 #include <setjmp.h>
@@ -20,6 +20,9 @@ enum { SCENES = 240, N = 64, ROWS = 2000, MOST_TRIANGLES = 4 };
 /* What the rows leave: where an outline is level with them, half of one, 2 / ROWS high and 2 long, of pi. */
 #define TRUTH_ERROR (0.64 / ROWS)
 #define ULP         0x1p-23
+#define MOST        0x1p-6f
+/* exact_build.c counts on errors being a fraction of what is said: this, by how many roundings agree. */
+#define USUAL       32
 
 static uint64_t state;
 static double uniform(double low, double high) {
@@ -250,7 +253,7 @@ static void is_as_wrong_as_it_says(void **unused) {
     for (int scene = 0; scene < SCENES; scene++) {
         setting s = make_setting(scene);
         answers a;
-        ask(&s, N, 1e-3f, ss_cpu_rung(), &a);
+        ask(&s, N, MOST, ss_cpu_rung(), &a);
         for (int i = 0; i < N; i++) {
             if (!(a.told.all >> i & 1)) continue;
             const double p[3] = {s.places.at[0][i], s.places.at[1][i], s.places.at[2][i]};
@@ -258,8 +261,8 @@ static void is_as_wrong_as_it_says(void **unused) {
             told++, partly += right > .01 && right < .99;
             assert_int_equal(a.told.lit >> i & 1, a.visibility[i] == 1);
             assert_int_equal(a.told.dark >> i & 1, a.visibility[i] == 0);
-            assert_true(a.bound[i] >= 0 && a.bound[i] <= 1e-3f);
-            if (wrong > (double)a.bound[i] + TRUTH_ERROR && !is_on_a_face(&s, p)) {
+            assert_true(a.bound[i] >= 0 && a.bound[i] <= MOST);
+            if (wrong > (double)a.bound[i] / USUAL + TRUTH_ERROR && !is_on_a_face(&s, p)) {
                 fail_msg("scene %d, point %d: %g, truth %g, bound %g", scene, i,
                          (double)a.visibility[i], right, (double)a.bound[i]);
             }
