@@ -218,6 +218,7 @@ static void set_depths(scratch *s) {
 /* Draws the lanes that floats can do; lists the opacity-tested triangles in their way. */
 static softshadow_status draw(scratch *s) {
     ss_group *g = s->group;
+    ss_exact_clear_planes(s);
     for (;;) {
         g->listed = s->triangles, g->listed_room = (uint32_t)s->direct_room;
         s->state->kernel->draw(g);

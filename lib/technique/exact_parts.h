@@ -45,6 +45,7 @@ typedef struct scratch {
     uint16_t *skip_lanes;
     uint32_t *marks; /* of a lane, or all of them: see ss_group */
     double reach;    /* of the group: see ss_group_kernel */
+    size_t clear;    /* of the group's planes: no more of them are set to zero than a step needs */
     bool together;   /* bounds are found for groups: faster, but company changes them */
     ss_direct *direct;
     uint32_t *triangles;
@@ -78,6 +79,8 @@ void ss_exact_turn(const uint8_t axis[3], const double in[3], double out[3]);
 /* exact_setup.c. False: out of memory. */
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena);
 bool ss_exact_room(scratch *s, size_t count);
+/* For the group's lattice. */
+void ss_exact_clear_planes(scratch *s);
 /* Finds the boxes of a query's points. False: out of memory. */
 bool ss_exact_measure(scratch *s, const ss_point *points, size_t n);
 /* Are they lit for sure? Encloses the points, too; for a group that is what is drawn next. *frame:

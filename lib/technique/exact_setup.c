@@ -32,6 +32,15 @@ static double host_size(const ss_world *world, const double low[3], const double
  * Twice that saves a tenth of the time and makes it .0049, more than the tolerance allows. */
 #define STRAY 20.0
 
+static size_t planes_of(size_t blocks) { return SS_LANES * blocks * 2 * SS_GROUP_PLANES * SS_BLOCK; }
+
+void ss_exact_clear_planes(scratch *s) {
+    const size_t wanted = planes_of(s->group->lattice->blocks);
+    if (wanted <= s->clear) return;
+    memset(s->group->planes + s->clear, 0, (wanted - s->clear) * sizeof *s->group->planes);
+    s->clear = wanted;
+}
+
 bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_arena *arena) {
     double bounds[6];
     for (int k = 0; k < 6; k++) bounds[k] = stage->world->bounds[k];
@@ -58,8 +67,7 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
     memcpy(s->group->axis, e->axis, sizeof e->axis);
     s->group->covered =
         ss_arena_alloc(arena, SS_LANES * ss_exact_blocks(e) * SS_BLOCK, sizeof(uint32_t));
-    const size_t planes = SS_LANES * ss_exact_blocks(e) * 2 * SS_GROUP_PLANES * SS_BLOCK;
-    s->group->planes = ss_arena_alloc(arena, planes, sizeof(uint32_t));
+    s->group->planes = ss_arena_alloc(arena, planes_of(ss_exact_blocks(e)), sizeof(uint32_t));
     s->together = stage->params->few > 0;
     const size_t marks = 2 * ss_exact_blocks(e) * SS_BLOCK;
     s->marks = ss_arena_alloc(arena, s->together ? SS_LANES * marks : marks, sizeof *s->marks);
@@ -71,7 +79,6 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
         !s->group->keys || !s->group->sums || !s->group->walk) {
         return false;
     }
-    memset(s->group->planes, 0, planes * sizeof(uint32_t));
     memset(s->group->keys, 0xff, SS_GROUP_SLOTS * sizeof *s->group->keys);
     return ss_exact_room(s, 512);
 }
