@@ -74,6 +74,11 @@ typedef ss_wide_ints ss_wide_mask;
 #define SS_WIDE_MORE(a, b) ss_floats_more(a, b)
 #endif
 
+/* Of two eights, the first lowest. */
+#if SS_FOURS == 4
+#define SS_WIDE_EIGHTS(a, b)                                                                       \
+    __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
+#endif
 /* Of fours, the first lowest. */
 static inline void ss_wide_make(const ss_floats four[SS_FOURS], ss_wide *out) {
 #if SS_FOURS == 1
@@ -83,7 +88,7 @@ static inline void ss_wide_make(const ss_floats four[SS_FOURS], ss_wide *out) {
 #else
     const ss_eight low = __builtin_shufflevector(four[0], four[1], 0, 1, 2, 3, 4, 5, 6, 7);
     const ss_eight high = __builtin_shufflevector(four[2], four[3], 0, 1, 2, 3, 4, 5, 6, 7);
-    *out = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    *out = SS_WIDE_EIGHTS(low, high);
 #endif
 }
 

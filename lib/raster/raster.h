@@ -73,7 +73,7 @@ typedef struct ss_raster_tiler {
     void (*draw)(const void *tiler_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
                  uint32_t tag);
     void (*room)(const void *tiler_ctx, const ss_raster_tile *tile, float nearest, float most[2]);
-    void (*end)(const void *tiler_ctx, const ss_raster_tile *tile);
+    void (*end)(const void *tiler_ctx, ss_raster_tile *tile); /* whose numbers are done with */
 } ss_raster_tiler;
 
 typedef struct ss_raster_ink {

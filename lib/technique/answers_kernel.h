@@ -150,19 +150,18 @@ static inline ss_wide outer_share(const ss_wide channel[4], ss_wide weight, ss_w
     return weight * SS_WIDE_CHOOSE(dark, zero, SS_WIDE_CHOOSE(soft, part, one));
 }
 
-static inline ss_wide outer_of(const ss_light_maps *maps, const ss_cells *cells,
-                               const size_t step[4], ss_wide h) {
-    ss_wide channel[4], weight[4], part[4];
+static inline __attribute__((always_inline)) ss_wide
+outer_of(const ss_light_maps *maps, const ss_cells *cells, size_t up, ss_wide h) {
+    const bool one = up == 0;
+    ss_wide below[2][4], above[2][4], weight[4], part[4];
     ss_wide_mask some = SS_WIDE_NONE, all = ~some;
     ss_cells_weights(cells, weight);
-    ss_cells_load(maps, cells, step[0], channel);
-    part[0] = outer_share(channel, weight[0], h, &some, &all);
-    ss_cells_load(maps, cells, step[1], channel);
-    part[1] = outer_share(channel, weight[1], h, &some, &all);
-    ss_cells_load(maps, cells, step[2], channel);
-    part[2] = outer_share(channel, weight[2], h, &some, &all);
-    ss_cells_load(maps, cells, step[3], channel);
-    part[3] = outer_share(channel, weight[3], h, &some, &all);
+    ss_cells_load(maps, cells, 0, one, below);
+    part[0] = outer_share(below[0], weight[0], h, &some, &all);
+    part[1] = outer_share(below[1], weight[1], h, &some, &all);
+    ss_cells_load(maps, cells, up, one, above);
+    part[2] = outer_share(above[0], weight[2], h, &some, &all);
+    part[3] = outer_share(above[1], weight[3], h, &some, &all);
     /* four that say the same are that, whatever their weights sum up to */
     const ss_wide sum = (part[0] + part[1]) + (part[2] + part[3]);
     const ss_wide mixed = SS_WIDE_CHOOSE(all, SS_WIDE_ALL(0.f), sum);
@@ -172,14 +171,16 @@ static inline ss_wide outer_of(const ss_light_maps *maps, const ss_cells *cells,
 void RUNG(ss_answer_outer)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     ss_cells ring[SS_CELLS];
     float linear[SS_LOOKS];
-    size_t step[4];
-    ss_cells_steps(maps, step);
+    const size_t up = ss_cells_up(maps);
     for (size_t i = 0; i < SS_CELLS_AHEAD; i += SS_LANES) ss_cells_fetch(ring, maps, looks, i, n);
     for (size_t i = 0; i < n; i += SS_LANES) {
-        const ss_cells cells = ring[i / SS_LANES % SS_CELLS];
-        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
+        const ss_wide h = *(const ss_wide_there *)(looks->h + i);
+        const ss_cells *cells = &ring[i / SS_LANES % SS_CELLS];
         *(ss_wide_there *)(linear + i) =
-            outer_of(maps, &cells, step, *(const ss_wide_there *)(looks->h + i));
+            cells->lit ? SS_WIDE_ALL(1.f)
+            : up       ? outer_of(maps, cells, up, h)
+                       : outer_of(maps, cells, 0, h);
+        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
     }
     shares_of(&maps->falloff, linear, n, out);
 }
@@ -213,11 +214,11 @@ static inline ss_wide alone(const ss_wide t[4], ss_wide z, bool paper) {
 /* What is between the four. */
 static inline __attribute__((always_inline)) ss_wide between(ss_wide t[4][4],
                                                              const ss_wide weight[4], ss_wide z) {
-    ss_wide sum[4];
-    for (int c = 0; c < 4; c++) {
-        sum[c] = weight[0] * t[0][c] + weight[1] * t[1][c];
-        sum[c] = sum[c] + weight[2] * t[2][c] + weight[3] * t[3][c];
-    }
+#define MEAN(c)                                                                                    \
+    (weight[0] * t[0][c] + weight[1] * t[1][c] + weight[2] * t[2][c] + weight[3] * t[3][c])
+    const ss_wide sum[4] = {[LIMIT_C] = MEAN(LIMIT_C), [LIMIT_G] = MEAN(LIMIT_G),
+                            [LIMIT_B] = MEAN(LIMIT_B), [LIMIT_Q] = MEAN(LIMIT_Q)};
+#undef MEAN
     return equation_2(sum, z);
 }
 
@@ -225,13 +226,11 @@ static inline __attribute__((always_inline)) ss_wide between(ss_wide t[4][4],
  * occluder: what they do not need is not done. */
 static inline __attribute__((always_inline)) ss_wide limit_of(const ss_limit_state *state,
                                                               const ss_cells *cells,
-                                                              const size_t step[4], ss_wide z,
+                                                              size_t up, ss_wide z,
                                                               ss_wide same) {
     ss_wide t[4][4], weight[4], l = SS_WIDE_ALL(1.f);
-    ss_cells_load(&state->maps, cells, step[0], t[0]);
-    ss_cells_load(&state->maps, cells, step[1], t[1]);
-    ss_cells_load(&state->maps, cells, step[2], t[2]);
-    ss_cells_load(&state->maps, cells, step[3], t[3]);
+    const bool one = up == 0;
+    ss_cells_load(&state->maps, cells, 0, one, t), ss_cells_load(&state->maps, cells, up, one, t + 2);
     const ss_wide g = SS_WIDE_LESS(SS_WIDE_LESS(t[0][LIMIT_G], t[1][LIMIT_G]),
                                    SS_WIDE_LESS(t[2][LIMIT_G], t[3][LIMIT_G]));
     const ss_wide_mask lit = SS_WIDE_IS_LESS(z, g);
@@ -258,18 +257,20 @@ void RUNG(ss_answer_limit)(const ss_light_maps *maps, const ss_looks *looks, siz
     const ss_limit_state *state = (const ss_limit_state *)maps;
     ss_cells ring[SS_CELLS];
     float linear[SS_LOOKS];
-    size_t step[4];
-    ss_cells_steps(maps, step);
+    const size_t up = ss_cells_up(maps);
     for (size_t i = 0; i < SS_CELLS_AHEAD; i += SS_LANES) ss_cells_fetch(ring, maps, looks, i, n);
     for (size_t i = 0; i < n; i += SS_LANES) {
-        const ss_cells cells = ring[i / SS_LANES % SS_CELLS];
+        const ss_wide z = *(const ss_wide_there *)(looks->h + i);
+        const ss_cells *cells = &ring[i / SS_LANES % SS_CELLS];
         ss_wide same = SS_WIDE_ALL(state->same[0]);
-        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
         for (size_t p = 0; maps->frames.cube && p < SS_LANES && i + p < n; p++) {
             same[p] = state->same[looks->face[i + p]];
         }
         *(ss_wide_there *)(linear + i) =
-            limit_of(state, &cells, step, *(const ss_wide_there *)(looks->h + i), same);
+            cells->lit ? SS_WIDE_ALL(1.f)
+            : up       ? limit_of(state, cells, up, z, same)
+                       : limit_of(state, cells, 0, z, same);
+        ss_cells_fetch(ring, maps, looks, i + SS_CELLS_AHEAD, n);
     }
     shares_of(&maps->falloff, linear, n, out);
 }

@@ -108,11 +108,32 @@ softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, u
                       ss_alloc_any(maps->texels, channels * sizeof *maps->plane));
 }
 
+softshadow_status ss_light_maps_add_lit(ss_light_maps *maps) {
+    const size_t tiles = ss_light_maps_tiles(maps);
+    const size_t n = tiles * tiles * maps->frames.count;
+    maps->lit = ss_alloc_any(n, sizeof *maps->lit);
+    for (size_t i = 0; i < n && maps->lit; i++) maps->lit[i] = -SS_MAP_FAR;
+    return maps->lit ? SOFTSHADOW_OK : no_memory(maps);
+}
+
+void ss_light_maps_finish_lit(ss_light_maps *maps) {
+    const uint32_t n = ss_light_maps_tiles(maps);
+    for (uint32_t line = 0; line < n * maps->frames.count; line++) {
+        float *row = maps->lit + (size_t)line * n;
+        const float *next = line % n + 1 < n ? row + n : row;
+        for (uint32_t x = 0; x < n; x++) {
+            const uint32_t after = x + 1 < n ? x + 1 : x;
+            row[x] = fminf(fminf(row[x], row[after]), fminf(next[x], next[after]));
+        }
+    }
+}
+
 void ss_light_maps_destroy(void *state) {
     ss_light_maps *maps = state;
     if (!maps) return;
     ss_free(maps->depth);
     ss_free(maps->plane);
+    ss_free(maps->lit);
     ss_free(maps->packed);
     ss_free(maps);
 }
@@ -121,7 +142,9 @@ void ss_light_maps_destroy(void *state) {
 
 size_t ss_light_maps_bytes(const void *state) {
     const ss_light_maps *maps = state;
-    return maps->state_size + maps->texels * sizeof(float) * (1 + maps->channels);
+    const size_t tiles = maps->lit ? ss_light_maps_tiles(maps) : 0;
+    return maps->state_size + maps->texels * sizeof(float) * (1 + maps->channels) +
+           tiles * tiles * maps->frames.count * sizeof(float);
 }
 
 uint32_t ss_light_maps_count(const void *state) {

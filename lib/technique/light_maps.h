@@ -34,6 +34,9 @@ struct ss_light_maps {
     float *depth;  /* the hard shadow's: nearest h, biased */
     float *plane;  /* the technique's own, `channels` numbers a texel; NULL: none */
     uint32_t channels;
+    /* A tile of SS_RASTER_TILE texels squared: nothing before this depth is less than lit by what the
+     * plane has there or in the tiles after it, along both axes; NULL: not known. */
+    float *lit;
     const char *plane_name, *channel_names; /* "a,b,...": softshadow_map's; may be NULL */
     ss_falloff falloff;
     ss_light light; /* for horizons */
@@ -62,6 +65,24 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 /* The same, of any content: to be written whole. */
 softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
                                         ss_light_maps_answer *answer);
+
+/* The table `lit`, of which nothing is known yet; who draws tiles writes what it knows. Then finish: a place
+ * between texels may reach into the tiles after its own. */
+softshadow_status ss_light_maps_add_lit(ss_light_maps *maps);
+void ss_light_maps_finish_lit(ss_light_maps *maps);
+static inline uint32_t ss_light_maps_tiles(const ss_light_maps *maps) { /* along a side */
+    return (maps->frames.resolution + SS_RASTER_TILE - 1) / SS_RASTER_TILE;
+}
+static inline float *ss_light_maps_lit(const ss_light_maps *maps, uint32_t face) {
+    const size_t tiles = ss_light_maps_tiles(maps);
+    return maps->lit + face * tiles * tiles;
+}
+/* Writes a tile's. */
+static inline void ss_light_maps_set_lit(float *lit, uint32_t side, const ss_raster_tile *tile,
+                                         float depth) {
+    const size_t across = (side + SS_RASTER_TILE - 1) / SS_RASTER_TILE;
+    lit[(size_t)tile->y / SS_RASTER_TILE * across + (size_t)tile->x / SS_RASTER_TILE] = depth;
+}
 
 /* The technique vtable's, for states that begin with an ss_light_maps and hold nothing else. */
 void ss_light_maps_destroy(void *state);

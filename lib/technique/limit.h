@@ -30,6 +30,7 @@ typedef struct ss_limit_face {
     const float *depth; /* of this face: the hard shadow's */
     float *texels;      /* of this face */
     float *key;         /* a texel: how good what it holds is, less is better */
+    float *lit;         /* of this face: ss_light_maps' */
     uint32_t side;
     float per_texel; /* of distance, in h: the light's cone */
     float near;      /* depths that differ by less may be one surface, seen a texel apart */
@@ -71,10 +72,11 @@ static inline float ss_limit_key(const ss_limit_face *f, size_t texel, float c, 
     return f->highest ? c + fabsf(q) : ss_limit_away(f, depth, c, q, open);
 }
 
-/* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. */
+/* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. Where it draws by
+ * tiles, as ss_limit_tiled() says, every texel is written with the limits above and below, and the key is
+ * where the lower limit is to be looked for from. */
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found);
-/* Does that write every texel, and no keys? */
 static inline bool ss_limit_tiled(const ss_stage *stage, uint32_t side) {
     return stage->raster->tiles && side <= SS_OFFER_SIDE;
 }

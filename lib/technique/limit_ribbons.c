@@ -112,6 +112,8 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r,
     const float words[] = {f->per_texel, f->near, (float)f->frame->far_h, f->highest};
     const ss_offer_face tiled = {.depth = f->depth,
                                  .texels = f->texels,
+                                 .above = f->key,
+                                 .lit = f->lit,
                                  .rows = r->rim->row,
                                  .side = f->side,
                                  .per_texel = f->per_texel,

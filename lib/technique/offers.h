@@ -10,8 +10,9 @@
 typedef struct ss_offer_face {
     const float *depth;
     float *texels;
-    const float *rows; /* the rim's */
-    uint32_t side;     /* at most SS_OFFER_SIDE */
+    float *above, *lit; /* of penumbra-limit: where its lower limit is looked for from; ss_light_maps' */
+    const float *rows;  /* the rim's */
+    uint32_t side;      /* at most SS_OFFER_SIDE */
     float per_texel, climb, near, steep, far;
     bool paper;
 } ss_offer_face;
@@ -19,7 +20,7 @@ typedef struct ss_offer_face {
 
 #define SS_OFFERS(name) extern const ss_raster_tiler name##_scalar, name##_avx2, name##_avx512
 SS_OFFERS(ss_offers_outer);  /* of an ss_outer_sheet: outer.h */
-SS_OFFERS(ss_offers_limit);  /* c, open and q; g is zero */
+SS_OFFERS(ss_offers_limit);  /* all but the lower limits, for which it says where to look */
 SS_OFFERS(ss_offers_volume); /* the first four channels: begin, end, and the tag in two numbers */
 SS_OFFERS(ss_offers_mask);   /* the last two channels: begin and edge */
 

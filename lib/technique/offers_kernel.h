@@ -36,6 +36,14 @@ SS_TILE_INLINE ss_wide_mask too_far(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wi
     return SS_WIDE_IS_LESS(more * more * all, square * square) | SS_WIDE_IS_LESS(more, zero);
 }
 
+#define CONSTANT_AT(plane, row, column) (*(const ss_wide_there *)((plane)[row] + (column)))
+
+SS_TILE_INLINE float least_of(const ss_wide *v) {
+    float least = (*v)[0];
+    for (int i = 1; i < SS_LANES; i++) least = (*v)[i] < least ? (*v)[i] : least;
+    return least;
+}
+
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */
 
 enum { OUTER_VERTEX, OUTER_RISE };
@@ -100,21 +108,27 @@ static void outer_room(const void *ctx, const ss_raster_tile *tile, float neares
     most[1] = most[0];
 }
 
-static void outer_end(const void *ctx, const ss_raster_tile *tile) {
+static void outer_end(const void *ctx, ss_raster_tile *tile) {
     const ss_outer_sheet *s = ctx;
+    ss_wide least = SS_WIDE_ALL(SS_MAP_FAR);
     for (int32_t row = 0; row < tile->height; row++) {
         const float *const channel[SS_OUTER_CHANNELS] = {
             tile->depth[row], tile->value[OUTER_VERTEX][row], tile->value[OUTER_RISE][row],
             tile->key[row]};
         ss_tile_write(tile, channel, s->texels, s->side, row);
+        for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
+            const ss_wide depth = CONSTANT_AT(tile->depth, row, x);
+            const ss_wide vertex = CONSTANT_AT(tile->value[OUTER_VERTEX], row, x);
+            const ss_wide first = SS_WIDE_LESS(depth, vertex);
+            least = SS_WIDE_LESS(first, least);
+        }
     }
+    ss_light_maps_set_lit(s->lit, s->side, tile, least_of(&least));
 }
 
 const ss_raster_tiler RUNG(ss_offers_outer) = {outer_begin, outer_draw, outer_room, outer_end};
 
 /* ---- what a texel hangs on ------------------------------------------------------------------- */
-
-#define CONSTANT_AT(plane, row, column) (*(const ss_wide_there *)((plane)[row] + (column)))
 
 SS_TILE_INLINE ss_wide size_of(ss_wide x) { return (ss_wide)((ss_wide_ints)x & INT32_MAX); }
 
@@ -305,14 +319,42 @@ static void limit_room(const void *ctx, const ss_raster_tile *tile, float neares
     for (int k = 0; k < 2; k++) most[k] *= 1 + 0x1p-16f;
 }
 
-static void limit_end(const void *ctx, const ss_raster_tile *tile) {
-    static const float zero[SS_RASTER_TILE];
+/* The limits above and below, as limit_rows() has them. */
+SS_TILE_INLINE void limit_texels(const ss_offer_face *f, ss_raster_tile *tile, int32_t row,
+                                 int32_t x, ss_wide *upper) {
+    const ss_wide all = SS_WIDE_ALL(SS_MAP_FAR), per = SS_WIDE_ALL(f->per_texel), zero = {0};
+    const ss_wide c = CONSTANT_AT(tile->value[0], row, x), q = CONSTANT_AT(tile->value[2], row, x);
+    const ss_wide depth = CONSTANT_AT(tile->depth, row, x), far = SS_WIDE_ALL(f->far);
+    const ss_wide past_it = CONSTANT_AT(tile->value[1], row, x), open = SS_WIDE_LESS(past_it, far);
+    const ss_wide half = (c + open) / 2, sunk = c + f->near, from = SS_WIDE_MORE(half, depth);
+    const ss_wide_mask some = SS_WIDE_IS_LESS(c, all), outside = SS_WIDE_IS_LESS(per, q);
+    const ss_wide above = SS_WIDE_CHOOSE(some & ~outside, from, all);
+    const ss_wide_mask past = ~SS_WIDE_IS_LESS(depth, half) & SS_WIDE_IS_LESS(sunk, depth) &
+                              SS_WIDE_IS_LESS(-per, q);
+    const ss_wide_mask open_sky = some & (SS_WIDE_IS_LESS(zero, q) | past);
+    const ss_wide lower = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(above, all), past_it, all);
+    *upper = SS_WIDE_CHOOSE(open_sky, c, depth);
+    *SS_TILE_AT(tile->value[1], row, x) = SS_WIDE_CHOOSE(outside, depth, lower);
+    *SS_TILE_AT(tile->key, row, x) = above;
+    *SS_TILE_AT(tile->depth, row, x) = *upper;
+}
+
+static void limit_end(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
+    ss_wide least = SS_WIDE_ALL(SS_MAP_FAR);
     for (int32_t row = 0; row < tile->height; row++) {
-        const float *const channel[LIMIT_CHANNELS] = {tile->value[0][row], zero,
+        for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
+            ss_wide upper;
+            limit_texels(f, tile, row, x, &upper);
+            least = SS_WIDE_LESS(upper, least);
+        }
+        const float *const channel[LIMIT_CHANNELS] = {tile->value[0][row], tile->depth[row],
                                                       tile->value[1][row], tile->value[2][row]};
         ss_tile_write(tile, channel, f->texels, f->side, row);
+        memcpy(f->above + (size_t)(tile->y + row) * f->side + (size_t)tile->x, tile->key[row],
+               (size_t)tile->width * sizeof *f->above);
     }
+    ss_light_maps_set_lit(f->lit, f->side, tile, least_of(&least));
 }
 
 const ss_raster_tiler RUNG(ss_offers_limit) = {limit_begin, limit_draw, limit_room, limit_end};
@@ -426,7 +468,7 @@ static void volume_room(const void *ctx, const ss_raster_tile *tile, float neare
 }
 
 /* A texel has eight channels; those of the ends follow. */
-static void volume_end(const void *ctx, const ss_raster_tile *tile) {
+static void volume_end(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
         float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
@@ -500,7 +542,7 @@ static void mask_room(const void *ctx, const ss_raster_tile *tile, float nearest
     most[0] = most[1] = most[0] * (1 + 0x1p-16f) + 0x1p-20f;
 }
 
-static void mask_end(const void *ctx, const ss_raster_tile *tile) {
+static void mask_end(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
         float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 4;

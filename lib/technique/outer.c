@@ -54,7 +54,8 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                   const ss_outer_pen *pen) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side, first = face * n;
-    ss_outer_sheet s = {maps->plane + first * SS_OUTER_CHANNELS, maps->depth + first, side,
+    ss_outer_sheet s = {maps->plane + first * SS_OUTER_CHANNELS, maps->depth + first,
+                        ss_light_maps_lit(maps, face), side,
                         (float)maps->frames.face[face].far_h, pen->words[0],
                         1 / pen->words[0], pen};
     ss_outer_pen own = *pen;
@@ -100,9 +101,11 @@ static softshadow_status draw_all(const ss_stage *stage, ss_light_maps *maps, co
     maps->channel_names = "depth,occluder,rise,key";
     if (found.count)
         status = ss_light_maps_add_any(maps, plane, SS_OUTER_CHANNELS, ss_outer_answer);
+    if (found.count && !status) status = ss_light_maps_add_lit(maps);
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = draw(stage, maps, &found, face);
     }
+    if (found.count && !status) ss_light_maps_finish_lit(maps);
     ss_silhouette_free(&found);
     return status;
 }

@@ -23,6 +23,7 @@ typedef struct ss_outer_pen {
 typedef struct ss_outer_sheet {
     float *texels;      /* of the face */
     const float *depth; /* likewise */
+    float *lit;         /* likewise, of ss_light_maps */
     uint32_t side;
     float far, per_texel, texels_per; /* the last: its inverse */
     const ss_outer_pen *pen;

@@ -93,7 +93,8 @@ static softshadow_status floor_rows(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
+/* begun: are the limits above and below already there? */
+static softshadow_status limit(const ss_stage *stage, ss_limit_face *r, bool begun) {
     limiting l = {r, r->key, ss_alloc_any((size_t)r->side * r->side, sizeof *l.lower)};
     if (!l.lower) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
     const ss_raster_casters casters = {.world = stage->world,
@@ -103,7 +104,8 @@ static softshadow_status limit(const ss_stage *stage, ss_limit_face *r) {
                                        .steepest = SS_MAP_STEEPEST,
                                        .deepest = r->frame->far_h,
                                        .front_only = true};
-    softshadow_status status = ss_parallel_for(stage->pool, r->side, ROWS, limit_rows, &l);
+    softshadow_status status = SOFTSHADOW_OK;
+    if (!begun) status = ss_parallel_for(stage->pool, r->side, ROWS, limit_rows, &l);
     if (!status) status = stage->raster->peel(&casters, l.above, l.lower, stage->pool);
     if (!status) status = ss_parallel_for(stage->pool, r->side, ROWS, floor_rows, &l);
     ss_free(l.lower);
@@ -119,6 +121,7 @@ static softshadow_status build_face(const ss_stage *stage, ss_limit_state *state
     ss_limit_face f = {.frame = frame,
                        .depth = maps->depth + face * n,
                        .texels = maps->plane + face * n * LIMIT_CHANNELS,
+                       .lit = ss_light_maps_lit(maps, face),
                        .side = side,
                        .per_texel = (float)(1 / ss_frame_rate(frame)),
                        .highest = state->paper};
@@ -136,7 +139,7 @@ static softshadow_status build_face(const ss_stage *stage, ss_limit_state *state
     if (!status) {
         status = found ? ss_limit_ribbons(stage, &f, found) : ss_limit_propagate(stage, &f);
     }
-    if (!status) status = limit(stage, &f);
+    if (!status) status = limit(stage, &f, tiled);
     ss_free(f.key);
     return status;
 }
@@ -151,9 +154,11 @@ static softshadow_status draw(const ss_stage *stage, ss_limit_state *state,
         (tiled ? ss_light_maps_add_any
                : ss_light_maps_add_plane)(maps, "penumbra-limit", LIMIT_CHANNELS, answer);
     maps->channel_names = "c,g,b,q";
+    if (!status) status = ss_light_maps_add_lit(maps);
     for (uint32_t face = 0; face < maps->frames.count && !status; face++) {
         status = build_face(stage, state, found, face);
     }
+    if (!status) ss_light_maps_finish_lit(maps);
     return status;
 }
 
