@@ -17,7 +17,7 @@
 
 #define MAGIC UINT64_C(0x31564c574f444148) /* HADOWLV1 */
 /* Grows with the file's form and with anything that changes what a build makes. */
-#define VERSION   2
+#define VERSION   3
 #define PATH_SIZE 4096
 
 typedef struct header {

@@ -1,4 +1,7 @@
-/* Weld, collapse edges by a factor of four three times, and measure how far each result strays. */
+/* Weld, collapse edges by a factor of four three times, and measure how far each result strays.
+ *
+ * Fins, triangles back to back, would hold on to every edge that they stand on: the surface is made
+ * coarser without them, and a level has those that it does not come near. */
 #include "topology/decimate.h"
 
 #include <math.h>
@@ -8,6 +11,7 @@
 #include "base/status.h"
 #include "topology/closest.h"
 #include "topology/edges.h"
+#include "topology/fins.h"
 #include "topology/simplify.h"
 #include "topology/weld.h"
 
@@ -20,11 +24,13 @@
 #define FOURTH   1024
 #define PADDING  4    /* floats behind the last vertex */
 
-/* Compact welded triangles. */
+#define MOST_FINS 8     /* a share of all triangles: more are no accident, and stay where they are */
+
+/* Compact welded triangles, and behind them those of fins with the vertices that only they have. */
 typedef struct welded {
     float *vertices;
     uint32_t *triangles;
-    size_t vertex_count, triangle_count;
+    size_t vertex_count, triangle_count, fin_count, all_vertices;
 } welded;
 
 static softshadow_status no_memory(size_t triangles) {
@@ -37,22 +43,35 @@ static void float_place(const void *ctx, size_t i, double out[3]) {
     for (int k = 0; k < 3; k++) out[k] = vertex[k];
 }
 
-/* Numbers welded vertices by first use, which keeps neighbours together. */
-static void compact(welded *w, const float *vertices, const ss_corners *corners, uint32_t *number) {
+static void gather(welded *w, const ss_corners *corners) {
     for (size_t t = 0; t < corners->triangle_count; t++) {
-        uint32_t c[3];
+        uint32_t *c = w->triangles + 3 * w->triangle_count;
         ss_corners_of(corners, t, c);
-        if (ss_corners_degenerate(c)) continue;
-        for (int k = 0; k < 3; k++) {
-            if (number[c[k]] == 0) {
-                memcpy(w->vertices + 3 * w->vertex_count, vertices + 3 * (size_t)c[k],
-                       sizeof(float[3]));
-                number[c[k]] = (uint32_t)++w->vertex_count;
-            }
-            w->triangles[3 * w->triangle_count + (size_t)k] = number[c[k]] - 1;
-        }
-        w->triangle_count++;
+        if (!ss_corners_degenerate(c)) w->triangle_count++;
     }
+}
+
+/* Numbers vertices by first use, which keeps neighbours together. Gives how many there are then. */
+static size_t compact(welded *w, const float *vertices, size_t first, size_t last, uint32_t *number,
+                      size_t count) {
+    for (size_t i = 3 * first; i < 3 * last; i++) {
+        const uint32_t v = w->triangles[i];
+        if (number[v] == 0) {
+            memcpy(w->vertices + 3 * count, vertices + 3 * (size_t)v, sizeof(float[3]));
+            number[v] = (uint32_t)++count;
+        }
+        w->triangles[i] = number[v] - 1;
+    }
+    return count;
+}
+
+static softshadow_status part_fins(welded *w, size_t vertex_count) {
+    const size_t all = w->triangle_count;
+    size_t others;
+    const softshadow_status status = ss_fins_last(w->triangles, all, vertex_count, &others);
+    if (status || (all - others) * MOST_FINS > all) return status;
+    w->triangle_count = others, w->fin_count = all - others;
+    return SOFTSHADOW_OK;
 }
 
 static softshadow_status weld(welded *w, const float *vertices, size_t vertex_count,
@@ -66,7 +85,13 @@ static softshadow_status weld(welded *w, const float *vertices, size_t vertex_co
     if (status == SOFTSHADOW_OK) status = ss_weld(float_place, vertices, vertex_count, 0, same);
     if (status == SOFTSHADOW_OK) {
         const ss_corners corners = {indices, same, triangle_count, vertex_count};
-        compact(w, vertices, &corners, number);
+        gather(w, &corners);
+        status = part_fins(w, vertex_count);
+    }
+    if (status == SOFTSHADOW_OK) {
+        const size_t all = w->triangle_count + w->fin_count;
+        w->vertex_count = compact(w, vertices, 0, w->triangle_count, number, 0);
+        w->all_vertices = compact(w, vertices, w->triangle_count, all, number, w->vertex_count);
     }
     ss_free(same);
     ss_free(number);
@@ -114,26 +139,115 @@ static softshadow_status measure_vertices(void *ctx, uint64_t begin, uint64_t en
     return SOFTSHADOW_OK;
 }
 
+static void sort3(uint32_t c[3]) {
+    for (int i = 0; i < 3; i++) {
+        const uint32_t low = c[i % 2], high = c[i % 2 + 1];
+        if (low > high) c[i % 2] = high, c[i % 2 + 1] = low;
+    }
+}
+
+/* Of a triangle: the farthest of its corners and of the middles of its sides and its own. The same
+ * bits for both that are back to back. */
+static double fin_distance2(const measure *m, const uint32_t *corners) {
+    static const float at[7][3] = {{1, 0, 0},     {0, 1, 0},     {0, 0, 1},      {.5f, .5f, 0},
+                                   {.5f, 0, .5f}, {0, .5f, .5f}, {1 / 3.f, 1 / 3.f, 1 / 3.f}};
+    uint32_t c[3] = {corners[0], corners[1], corners[2]};
+    double most = 0;
+    sort3(c);
+    for (int i = 0; i < 7; i++) {
+        float p[3] = {0, 0, 0};
+        for (int corner = 0; corner < 3; corner++) {
+            const float *v = m->from->vertices + 3 * (size_t)c[corner];
+            for (int k = 0; k < 3; k++) p[k] += at[i][corner] * v[k];
+        }
+        uint32_t hint = SS_NO_HINT;
+        const double distance2 = ss_closest_distance2(m->closest, p, INFINITY, &hint);
+        if (distance2 > most) most = distance2;
+    }
+    return most;
+}
+
+/* Those that stray farther than the level does; *sum of the others' squares. */
+static size_t choose_fins(const measure *m, double most, uint32_t *kept, double *sum) {
+    const welded *from = m->from;
+    size_t count = 0;
+    for (size_t i = 0; i < from->fin_count; i++) {
+        const uint32_t *c = from->triangles + 3 * (from->triangle_count + i);
+        const double distance2 = fin_distance2(m, c);
+        if (distance2 <= most) *sum += distance2;
+        else memcpy(kept + 3 * count++, c, sizeof(uint32_t[3]));
+    }
+    return count;
+}
+
+static void copy_fins(ss_level *level, const welded *from, const uint32_t *kept, size_t count,
+                      uint32_t *number) {
+    for (size_t i = 0; i < 3 * count; i++) {
+        uint32_t *v = &number[kept[i]];
+        if (*v == 0) {
+            memcpy(level->vertices + 3 * level->vertex_count,
+                   from->vertices + 3 * (size_t)kept[i], sizeof(float[3]));
+            *v = (uint32_t)++level->vertex_count;
+        }
+        level->indices[3 * level->triangle_count + i] = *v - 1;
+    }
+    level->triangle_count += count;
+}
+
+static softshadow_status add_fins(ss_level *level, const welded *from, const uint32_t *kept,
+                                  size_t count) {
+    const ss_level before = *level;
+    if (count == 0) return SOFTSHADOW_OK;
+    uint32_t *number = ss_alloc(from->all_vertices, sizeof *number);
+    *level = (ss_level){0};
+    const bool fine = number && ss_level_allocate(level, before.vertex_count + 3 * count,
+                                                  before.triangle_count + count);
+    if (fine) {
+        memcpy(level->vertices, before.vertices, before.vertex_count * sizeof(float[3]));
+        memcpy(level->indices, before.indices, before.triangle_count * sizeof(uint32_t[3]));
+        level->vertex_count = before.vertex_count, level->triangle_count = before.triangle_count;
+        copy_fins(level, from, kept, count, number);
+    }
+    ss_free(before.vertices);
+    ss_free(before.indices);
+    ss_free(number);
+    return fine ? SOFTSHADOW_OK : no_memory(from->triangle_count);
+}
+
+static softshadow_status measure_all(measure *m, ss_level *level, ss_pool *pool) {
+    const welded *from = m->from;
+    uint32_t *kept = ss_alloc(3 * from->fin_count, sizeof *kept);
+    m->distance2 = ss_alloc(from->vertex_count, sizeof *m->distance2);
+    softshadow_status status =
+        kept && m->distance2
+            ? ss_parallel_for(pool, from->vertex_count, GRAIN, measure_vertices, m)
+            : no_memory(level->triangle_count);
+    if (status == SOFTSHADOW_OK) {
+        double sum = 0, most = 0;
+        for (size_t v = 0; v < from->vertex_count; v++) {
+            sum += m->distance2[v];
+            if (m->distance2[v] > most) most = m->distance2[v];
+        }
+        const size_t count = choose_fins(m, most, kept, &sum);
+        const size_t measured = from->vertex_count + from->fin_count - count;
+        status = add_fins(level, from, kept, count);
+        level->deviation_rms = sqrt(sum / (double)measured);
+        level->deviation_max = sqrt(most);
+    }
+    ss_free(kept);
+    ss_free(m->distance2);
+    return status;
+}
+
 static softshadow_status measure_level(ss_level *level, const welded *from,
                                        const ss_simplifier *simplifier, ss_pool *pool) {
     ss_closest *closest;
     softshadow_status status =
         ss_closest_create(&closest, level->vertices, level->indices, level->triangle_count);
     if (status != SOFTSHADOW_OK) return status;
-    measure m = {from, level, simplifier, closest, NULL};
-    m.distance2 = ss_alloc(from->vertex_count, sizeof *m.distance2);
-    status = m.distance2 ? ss_parallel_for(pool, from->vertex_count, GRAIN, measure_vertices, &m)
-                         : no_memory(level->triangle_count);
-    if (status == SOFTSHADOW_OK) {
-        double sum = 0, most = 0;
-        for (size_t v = 0; v < from->vertex_count; v++) {
-            sum += m.distance2[v];
-            if (m.distance2[v] > most) most = m.distance2[v];
-        }
-        level->deviation_rms = sqrt(sum / (double)from->vertex_count);
-        level->deviation_max = sqrt(most);
-    }
-    ss_free(m.distance2);
+    const ss_level body = *level; /* what is measured: fins are added to it afterwards */
+    measure m = {from, &body, simplifier, closest, NULL};
+    status = measure_all(&m, level, pool);
     ss_closest_destroy(closest);
     return status;
 }

@@ -4,6 +4,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/components.c \
   %D%/decimate.c %D%/decimate.h \
   %D%/edges.c %D%/edges.h \
+  %D%/fins.c %D%/fins.h \
   %D%/hash.c %D%/hash.h \
   %D%/levels.c %D%/levels.h \
   %D%/openmesh.cc %D%/openmesh.h \

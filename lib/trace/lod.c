@@ -8,6 +8,9 @@
 
 #define PADDING 4     /* floats that may be read behind the last vertex, as in ss_world */
 #define DEVIATIONS 4  /* of RMS distance: what a level is taken to be off by */
+/* A second level of a scene with fewer triangles saves nothing, as the first is quick to walk: of the
+ * dragon with 48,000 that of 712 makes the RMS error at 1/64 .0162 in place of .0098 (medium light). */
+#define FEWEST 1024
 
 /* Level k of a mesh, or the coarsest it has; NULL: the mesh itself. */
 static const ss_level *level_of(const ss_mesh_levels *mesh, uint32_t k) {
@@ -18,13 +21,21 @@ static size_t vertices_of(const ss_world *world, uint32_t m) {
     return world->meshes[m].source->vertex_count;
 }
 
+static size_t triangles_of(const ss_world *world, const ss_levels *levels, uint32_t k) {
+    size_t sum = 0;
+    for (uint32_t m = 0; m < world->mesh_count; m++) {
+        const ss_level *level = level_of(&levels->meshes[m], k);
+        sum += level ? level->triangle_count : world->meshes[m].source->triangle_count;
+    }
+    return sum;
+}
+
 static bool reserve(ss_world *coarse, const ss_world *world, const ss_levels *levels, uint32_t k) {
     for (uint32_t m = 0; m < world->mesh_count; m++) {
         const ss_level *level = level_of(&levels->meshes[m], k);
         coarse->vertex_count += level ? level->vertex_count : vertices_of(world, m);
-        coarse->triangle_count +=
-            level ? level->triangle_count : world->meshes[m].source->triangle_count;
     }
+    coarse->triangle_count = triangles_of(world, levels, k);
     coarse->mesh_count = world->mesh_count;
     coarse->vertices = ss_alloc(3 * coarse->vertex_count + PADDING, sizeof(float));
     coarse->indices = ss_alloc(3 * coarse->triangle_count, sizeof(uint32_t));
@@ -95,6 +106,9 @@ softshadow_status ss_lod_create(ss_lod **out, const ss_world *world, const ss_le
     if (!lod) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for coarser scenes");
     for (uint32_t m = 0; m < levels->mesh_count; m++) {
         if (levels->meshes[m].count > lod->count) lod->count = levels->meshes[m].count;
+    }
+    for (uint32_t k = 1; k < lod->count; k++) {
+        if (triangles_of(world, levels, k) < FEWEST) lod->count = k;
     }
     for (uint32_t k = 0; k < lod->count; k++) {
         const softshadow_status status = make_level(&lod->level[k], world, levels, k, pool);

@@ -173,6 +173,59 @@ static void sphere_has_three(void **unused) {
     shape_free(&sphere);
 }
 
+static size_t count_corners_at(const ss_level *level, const double place[3]) {
+    size_t count = 0;
+    for (size_t i = 0; i < 3 * level->triangle_count; i++) {
+        const float *v = level->vertices + 3 * (size_t)level->indices[i];
+        double d[3];
+        for (int k = 0; k < 3; k++) d[k] = v[k] - place[k];
+        count += ss_length(d) < 1e-6;
+    }
+    return count;
+}
+
+/* A sphere on which fins stand, two triangles each: 200 low ones, which the levels do without, and a high
+ * one, which they all have. */
+static void fins_hold_nothing(void **unused) {
+    (void)unused;
+    enum { FINS = 200 };
+    shape plain = shape_sphere(48, .05), s = plain;
+    s.vertices = malloc((plain.vertex_count + FINS) * sizeof *s.vertices);
+    s.triangles = malloc((plain.triangle_count + 2 * FINS) * sizeof *s.triangles);
+    memcpy(s.vertices, plain.vertices, plain.vertex_count * sizeof *s.vertices);
+    memcpy(s.triangles, plain.triangles, plain.triangle_count * sizeof *s.triangles);
+    for (uint32_t i = 0; i < FINS; i++) {
+        const uint32_t *c = plain.triangles[(plain.triangle_count / FINS) * i + 7];
+        const double height = i == FINS / 2 ? 1.5 : 1.0001;
+        double *tip = s.vertices[s.vertex_count];
+        for (int k = 0; k < 3; k++) {
+            tip[k] = height * (s.vertices[c[0]][k] + s.vertices[c[1]][k]) / 2;
+        }
+        const uint32_t at = (uint32_t)s.vertex_count++;
+        const uint32_t fin[2][3] = {{c[0], c[1], at}, {c[1], c[0], at}};
+        memcpy(s.triangles[s.triangle_count], fin, sizeof fin);
+        s.triangle_count += 2;
+    }
+    built b = build_shape(&s);
+    const ss_mesh_levels *levels = &b.levels->meshes[0];
+    size_t most = plain.triangle_count;
+    double tip[3];
+    ss_world_local(b.world, s.vertices[plain.vertex_count + FINS / 2], tip);
+    assert_int_equal(levels->count, 3);
+    for (int i = 0; i < 3; i++) {
+        const ss_level *level = &levels->level[i];
+        most /= 4;
+        assert_true(level->triangle_count <= most + 1 + 2);
+        assert_true(is_closed(level));
+        assert_int_equal(count_corners_at(level, tip), 2);
+        assert_true(level->deviation_max < .1);
+    }
+    drop(&b);
+    free(s.vertices);
+    free(s.triangles);
+    shape_free(&plain);
+}
+
 static void a_dense_mesh_has_four(void **unused) {
     (void)unused;
     shape sphere = shape_sphere(260, .05);
@@ -667,7 +720,8 @@ static void writers_at_once(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sphere_has_three),        cmocka_unit_test(a_dense_mesh_has_four),
+        cmocka_unit_test(sphere_has_three),        cmocka_unit_test(fins_hold_nothing),
+        cmocka_unit_test(a_dense_mesh_has_four),
         cmocka_unit_test(sheet_keeps_its_rim),     cmocka_unit_test(none_for_soup_and_small),
         cmocka_unit_test(hostile_meshes),
         cmocka_unit_test(closed_stays_closed),     cmocka_unit_test(moves_with_its_mesh),
