@@ -59,7 +59,8 @@ typedef struct bench_result {
     peer_style style; /* flag and order that were faster */
     bench_at at[BENCH_TOLERANCES];
     double ours_build, peer_build; /* seconds, the first time */
-    double ours_lit, peer_lit;     /* seconds a point that is wholly lit */
+    /* Seconds a point that is wholly lit: exact at 512, auto at 1/256 (0: not asked), the peer. */
+    double ours_lit, automatic_lit, peer_lit;
     double settled; /* share of points that the library answers before it draws anything */
     double scaling; /* of options->threads over one, in wall time; 0: not measured */
     bool brute;     /* the truth's kind */

@@ -248,10 +248,45 @@ static void conclude(contest *c) {
     r->truth_error = c->truth.error, r->brute = c->truth.brute;
 }
 
-/* Both sides on nothing but wholly lit points: what a picture is mostly made of. */
+/* What the library takes for each of them, in the method it was built for. */
+static bool time_lit(contest *c, const float (*lit)[3], size_t count, double *of) {
+    softshadow_points points = SOFTSHADOW_POINTS_INIT;
+    points.positions = lit, points.count = count;
+    return ask(c, &points, of);
+}
+
+static bool lit_turns(contest *c, const float (*lit)[3], size_t count, const uint32_t *order) {
+    const uint32_t repeat = c->options->repeat;
+    double exact[BENCH_REPEATS], automatic[BENCH_REPEATS], theirs[BENCH_REPEATS];
+    peer_style style = c->result->style;
+    style.samples = 256, style.rim = true;
+    peer_samples *samples = peer_samples_create(&c->cell->light, &style);
+    float(*sorted)[3] = malloc((count + 1) * sizeof *sorted);
+    bool fine = (samples && sorted) || cli_fail(c->error, CLI_FAILED, "memory ran out");
+    for (size_t i = 0; fine && i < count; i++) memcpy(sorted[i], lit[order[i]], sizeof *lit);
+    for (uint32_t turn = 0; fine && turn < repeat; turn++) {
+        fine = build(c, "exact", 512, 0) && time_lit(c, lit, count, &exact[turn]);
+        if (c->options->automatic && fine)
+            fine = build(c, "auto", 0, 0) && time_lit(c, lit, count, &automatic[turn]);
+        const double start = bench_clock();
+        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])sorted, count,
+                   c->visibility);
+        theirs[turn] = (bench_clock() - start) / (double)count;
+    }
+    if (fine) {
+        c->result->ours_lit = bench_median(exact, repeat);
+        c->result->peer_lit = bench_median(theirs, repeat);
+        if (c->options->automatic) c->result->automatic_lit = bench_median(automatic, repeat);
+    }
+    peer_samples_free(samples);
+    free(sorted);
+    return fine;
+}
+
+/* All sides on nothing but wholly lit points: what a picture is mostly made of. */
 static bool measure_lit(contest *c) {
     const size_t n = c->cell->points.count;
-    softshadow_points points = given_points(c);
+    const softshadow_points points = given_points(c);
     double seconds;
     softshadow_stats stats = SOFTSHADOW_STATS_INIT;
     if (!build(c, "exact", 512, 0) || !ask(c, &points, &seconds)) return false;
@@ -262,29 +297,10 @@ static bool measure_lit(contest *c) {
     size_t count = 0;
     for (size_t i = 0; i < n; i++)
         if (c->visibility[i] >= 1) memcpy(lit[count++], c->cell->points.at[i], sizeof *lit);
-    bool fine = true;
-    peer_style style = c->result->style;
-    style.samples = 256, style.rim = true;
-    peer_samples *samples = peer_samples_create(&c->cell->light, &style);
-    double ours[BENCH_REPEATS], theirs[BENCH_REPEATS];
-    const uint32_t repeat = c->options->repeat;
-    points.positions = lit, points.count = count, points.primitives = NULL;
-    uint32_t *order = bench_morton((const float(*)[3])lit, count ? count : 1);
-    float(*sorted)[3] = malloc((count + 1) * sizeof *sorted);
-    if (!samples || !order || !sorted) fine = cli_fail(c->error, CLI_FAILED, "memory ran out");
-    for (size_t i = 0; fine && i < count; i++) memcpy(sorted[i], lit[order[i]], sizeof *lit);
-    for (uint32_t turn = 0; fine && count && turn < repeat; turn++) {
-        fine = ask(c, &points, &ours[turn]);
-        const double start = bench_clock();
-        peer_query(c->peer, &c->cell->light, samples, (const float(*)[3])sorted, count,
-                   c->visibility);
-        theirs[turn] = (bench_clock() - start) / (double)count;
-    }
-    if (fine && count) c->result->ours_lit = bench_median(ours, repeat);
-    if (fine && count) c->result->peer_lit = bench_median(theirs, repeat);
-    peer_samples_free(samples);
+    uint32_t *order = count ? bench_morton((const float(*)[3])lit, count) : NULL;
+    const bool fine = !count || (order ? lit_turns(c, (const float(*)[3])lit, count, order)
+                                       : cli_fail(c->error, CLI_FAILED, "memory ran out"));
     free(order);
-    free(sorted);
     free(lit);
     return fine;
 }

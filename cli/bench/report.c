@@ -44,14 +44,14 @@ static char mark_of(const bench_at *at) {
 
 static void ratio_row(report *r, const bench_cell *cell, const bench_result *result,
                       const bench_at *at, double tolerance, const char *method, double ours,
-                      const bench_way *way) {
+                      double ours_lit, const bench_way *way) {
     const double ratio = isnan(ours) || isnan(at->peer) ? NAN : at->peer / ours;
     cli_text_printf(&r->ratios,
                     "%s,%zu,%s,%s,%s,%.3f,%s,1/%.0f,%.2f,%s,%.5f,%.5f,%.4f,%.3f,%.1f,%.2f,%.2f\n",
                     cell->scene->name, cell->scene->mesh.triangle_count, cell->light_name,
                     cell->points_name, rung(), result->penumbra, method, 1 / tolerance, ratio,
                     kind_of(at, ours), way->penumbra_rms, way->rms, way->max, result->settled,
-                    result->ours_lit > 0 ? result->peer_lit / result->ours_lit : NAN,
+                    ours_lit > 0 ? result->peer_lit / ours_lit : NAN,
                     result->peer_build > 0 ? result->ours_build / result->peer_build : NAN,
                     result->scaling > 0 ? result->scaling : NAN);
 }
@@ -125,22 +125,24 @@ bool report_cell(report *r, const bench_cell *cell, const bench_options *o,
     for (uint32_t i = 0; i < o->tolerance_count; i++) {
         const bench_at *at = &result->at[i];
         print_at(o, result, i);
-        ratio_row(r, cell, result, at, o->tolerances[i], "exact", at->ours,
+        ratio_row(r, cell, result, at, o->tolerances[i], "exact", at->ours, result->ours_lit,
                   way_for(result->ours, result->ours_count, o->tolerances[i]));
         if (o->automatic)
             ratio_row(r, cell, result, at, o->tolerances[i], "auto",
                       at->automatic_way.penumbra_rms <= o->tolerances[i] ? at->automatic : NAN,
-                      &at->automatic_way);
+                      result->automatic_lit, &at->automatic_way);
     }
     if (result->scaling > 0)
         printf("  %u threads are %.2f times as fast as one\n", o->threads, result->scaling);
-    printf(
-        "  %.1f %% settled; lit point: %.2f ns, rim-adaptive peer %.1f ns, ratio %.1f; first build "
-        "%.1f ms, Embree %.1f ms; peer is %s, %s\n",
-        100 * result->settled, 1e9 * result->ours_lit, 1e9 * result->peer_lit,
-        result->peer_lit / result->ours_lit, 1e3 * result->ours_build, 1e3 * result->peer_build,
-        result->style.coherent ? "coherent" : "incoherent",
-        result->style.clustered ? "clusters" : "rings");
+    printf("  %.1f %% settled; lit point: exact %.2f ns", 100 * result->settled,
+           1e9 * result->ours_lit);
+    if (o->automatic) printf(", auto %.2f ns", 1e9 * result->automatic_lit);
+    printf(", rim-adaptive peer %.1f ns, ratio %.1f", 1e9 * result->peer_lit,
+           result->peer_lit / result->ours_lit);
+    if (o->automatic) printf(" and %.1f", result->peer_lit / result->automatic_lit);
+    printf("; first build %.1f ms, Embree %.1f ms; peer is %s, %s\n", 1e3 * result->ours_build,
+           1e3 * result->peer_build, result->style.coherent ? "coherent" : "incoherent",
+           result->style.clustered ? "clusters" : "rings");
     print_ways("exact", result->ours, result->ours_count);
     print_ways("peer", result->fixed, result->fixed_count);
     print_ways("rim", result->rim, result->rim_count);
