@@ -31,6 +31,9 @@ static double host_size(const ss_world *world, const double low[3], const double
  * tolerance: a thirteenth of one at 1/256, where the RMS error is .0022 in all (bunny, medium light).
  * Twice that saves a tenth of the time and makes it .0049, more than the tolerance allows. */
 #define STRAY 20.0
+/* At a tolerance of 1/64 that would be .31, and of 262,144 points thirteen would be more than .1 off, up
+ * to .13 (spheres of a million triangles, medium light); so none is more than .093, for 5 % of the time. */
+#define MOST_STRAY 0.25
 
 static size_t planes_of(size_t blocks) { return SS_LANES * blocks * 2 * SS_GROUP_PLANES * SS_BLOCK; }
 
@@ -45,7 +48,7 @@ bool ss_exact_prepare(scratch *s, const ss_stage *stage, const exact *e, ss_aren
     double bounds[6];
     for (int k = 0; k < 6; k++) bounds[k] = stage->world->bounds[k];
     *s = (scratch){.stage = stage, .state = e, .arena = arena};
-    s->stray = STRAY * stage->params->tolerance;
+    s->stray = ss_min(STRAY * stage->params->tolerance, MOST_STRAY);
     s->may_settle = stage->params->weighting == SOFTSHADOW_UNIFORM && ss_exact_usual(e)->total > 0;
     s->group = ss_arena_alloc(arena, 1, sizeof *s->group);
     s->contact = ss_arena_alloc(arena, SS_LANES, sizeof *s->contact);
