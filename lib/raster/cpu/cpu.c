@@ -18,7 +18,8 @@ typedef struct drawing {
     ss_bins bins;
     const float *above;
     float *plane;
-    bool plain; /* are triangles set up by the register? */
+    float most_bias; /* a little more than any triangle's */
+    bool plain;      /* are triangles set up by the register? */
 } drawing;
 
 /* Snaps a triangle that is whole; false: it covers no texel's centre. */
@@ -105,19 +106,21 @@ static inline bool draw_small(const drawing *d, size_t t, int32_t first, int32_t
         *later = true;
         return true;
     }
-    const float least = least3(plain.h); /* what is stored is never less */
-    if (ss_scan_hidden(&scan, first, last, c->resolution, least, d->plane)) return true;
+    const float least = least3(plain.h), most = most3(plain.h) + d->most_bias; /* of what is stored */
+    if (ss_scan_hidden(&scan, first, last, c->resolution, least, most, d->above, d->plane))
+        return true;
     const double x[3] = {plain.x[0], plain.x[1], plain.x[2]},
                  y[3] = {plain.y[0], plain.y[1], plain.y[2]},
                  h[3] = {plain.h[0], plain.h[1], plain.h[2]};
     const ss_scan_plane plane = ss_scan_plane_of(&scan, x, y);
     ss_scan_gradient(&scan, &plane, 0, h);
-    ss_scan_small(&scan, first, last, c->resolution, ss_casters_bias(&d->casters, &scan), d->plane);
+    ss_scan_small(&scan, first, last, c->resolution, ss_casters_bias(&d->casters, &scan), d->above,
+                  d->plane);
     return true;
 }
 
 static void draw_caster(const drawing *d, size_t t, int32_t first, int32_t last, bool *later) {
-    if (!d->above && !d->asked->world->any_opacity && draw_small(d, t, first, last, later)) return;
+    if (!d->asked->world->any_opacity && draw_small(d, t, first, last, later)) return;
     ss_scan_corner corner[SS_CLIP_MOST];
     const int count = ss_casters_corners(&d->casters, t, corner);
     for (int k = 2; k < count; k++) {
@@ -159,6 +162,7 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status draw_casters(const ss_raster_casters *casters, const float *above,
                                       float *plane, ss_pool *pool) {
     drawing d = {.asked = casters, .above = above, .plane = plane};
+    d.most_bias = (float)(2.001 * casters->slope_texels * casters->steepest * casters->frame->texel);
     d.plain = !casters->holes_only && casters->world->triangle_count < SS_BIN_MARK &&
               casters->world->vertex_count < INT32_MAX / 3;
     softshadow_status status = ss_casters_project(&d.casters, casters, pool);

@@ -106,8 +106,8 @@ static inline void set_small_edge(ss_scan_edge *e, const ss_scan *s, int i, int 
 }
 
 void ss_scan_small(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
-                   float bias, float *plane) {
-    const walk w = {s, first_row, last_row, (int32_t)resolution, bias, NULL, plane};
+                   float bias, const float *above, float *plane) {
+    const walk w = {s, first_row, last_row, (int32_t)resolution, bias, above, plane};
     const int64_t area = ss_scan_area(s);
     const int32_t y = greatest(s->first_y, first_row);
     ss_scan_block b = {.x = s->first_x, .y = y, .width = s->last_x - s->first_x + 1,
@@ -121,14 +121,16 @@ void ss_scan_small(const ss_scan *s, int32_t first_row, int32_t last_row, uint32
 }
 
 bool ss_scan_hidden(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
-                    float least_h, const float *plane) {
+                    float least_h, float most_h, const float *above, const float *plane) {
     const int32_t bottom = greatest(s->first_y, first_row), top = least(s->last_y, last_row);
-    const floats h = all_floats(least_h);
+    const floats h = all_floats(least_h), deepest = all_floats(most_h);
     for (int32_t y = bottom; y <= top; y++) {
-        const float *row = plane + (size_t)y * resolution;
+        const size_t first = (size_t)y * resolution;
         for (int32_t x = s->first_x; x <= s->last_x; x += LANES) {
-            const floats held = load(row + x, (int32_t)resolution - x);
-            if (ss_floats_bits((ints)(h < held))) return false;
+            const int32_t n = (int32_t)resolution - x;
+            ints open = (ints)(h < load(plane + first + (size_t)x, n));
+            if (above) open &= (ints)(load(above + first + (size_t)x, n) < deepest);
+            if (ss_floats_bits(open)) return false;
         }
     }
     return true;
