@@ -108,6 +108,25 @@ static inline void ss_wide_split(const ss_wide *wide, ss_floats four[SS_FOURS]) 
 #endif
 }
 
+/* The least and the most of all lanes. */
+static inline float ss_wide_least(const ss_wide *wide) {
+    ss_floats four[SS_FOURS];
+    ss_wide_split(wide, four);
+    for (int i = 1; i < SS_FOURS; i++) four[0] = ss_floats_less(four[i], four[0]);
+    const ss_floats turned = __builtin_shufflevector(four[0], four[0], 2, 3, 0, 1);
+    const ss_floats two = ss_floats_less(turned, four[0]);
+    return two[0] < two[1] ? two[0] : two[1];
+}
+
+static inline float ss_wide_most(const ss_wide *wide) {
+    ss_floats four[SS_FOURS];
+    ss_wide_split(wide, four);
+    for (int i = 1; i < SS_FOURS; i++) four[0] = ss_floats_more(four[i], four[0]);
+    const ss_floats turned = __builtin_shufflevector(four[0], four[0], 2, 3, 0, 1);
+    const ss_floats two = ss_floats_more(turned, four[0]);
+    return two[0] > two[1] ? two[0] : two[1];
+}
+
 /* A bit for each lane of a mask. */
 static inline uint32_t ss_wide_bits(const ss_wide_ints *mask) {
 #if SS_FOURS == 4

@@ -116,7 +116,7 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r,
                                  .lit = f->lit,
                                  .rows = r->rim->row,
                                  .side = f->side,
-                                 .per_texel = f->per_texel,
+                                 .per_texel = f->per_texel, .texels_per = 1 / f->per_texel,
                                  .near = f->near,
                                  .far = (float)f->frame->far_h,
                                  .paper = f->highest};
@@ -141,44 +141,6 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
     return fmax(0, ss_frame_rate(frame) * (frame->far_h - vertex->h)) + SS_LIMIT_RAISE;
 }
 
-/* Something nearer hides it all along, so that offer() would refuse every texel: on a closed body half
- * of the silhouette, which never gets as far as the scan converter. */
-static bool edge_hidden(const ss_limit_face *f, const ss_rim *rim, const ss_rim_edge *edge) {
-    const ss_rim_vertex *a = &rim->vertex[edge->vertex[0]], *b = &rim->vertex[edge->vertex[1]];
-    const float right[2] = {(float)edge->along[1], (float)-edge->along[0]};
-    if (!(edge->length < 1024)) return false; /* also end on: nothing to look along */
-    const int steps = 1 + (int)(2 * edge->length);
-    for (int i = 0; i <= steps; i++) {
-        const double t = (double)i / steps;
-        const float place[2] = {(float)(a->x + t * (b->x - a->x)),
-                                (float)(a->y + t * (b->y - a->y))};
-        const float c = (float)(a->h + t * (b->h - a->h));
-        if (!(ss_rim_open(f->depth, f->side, place, right) < c - f->near)) return false;
-    }
-    return true;
-}
-
-typedef struct hiding {
-    const ss_limit_face *face;
-    const ss_rim *rim;
-    uint8_t *hidden; /* of each edge */
-} hiding;
-
-static softshadow_status hide(void *ctx, uint64_t begin, uint64_t end) {
-    const hiding *h = ctx;
-    for (uint64_t i = begin; i < end; i++)
-        h->hidden[i] = edge_hidden(h->face, h->rim, &h->rim->edge[i]);
-    return SOFTSHADOW_OK;
-}
-
-static softshadow_status find_hidden(const ss_stage *stage, const ss_limit_face *f,
-                                     const ss_rim *rim, uint8_t **out) {
-    *out = ss_alloc(rim->edge_count, 1);
-    if (!*out) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", rim->edge_count);
-    hiding h = {f, rim, *out};
-    return ss_parallel_for(stage->pool, rim->edge_count, 256, hide, &h);
-}
-
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found) {
     ss_rim_style style = {.width = width, .ctx = face->frame, .inside = true};
@@ -188,7 +150,8 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
     size_t count = 0;
     ribbons r = {face, &rim};
     softshadow_status status = ss_rim_build(&rim, stage, found, face->frame, face->side);
-    if (!status) status = find_hidden(stage, face, &rim, &unseen);
+    if (!status)
+        status = ss_rim_find_hidden(stage, &rim, face->depth, face->side, -face->near, &unseen);
     style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) status = draw(stage, &r, triangles, count);

@@ -11,9 +11,12 @@ typedef struct ss_offer_face {
     const float *depth;
     float *texels;
     float *above, *lit; /* of penumbra-limit: where its lower limit is looked for from; ss_light_maps' */
+    /* Of penumbra-volume: what cuts the light at a texel, of the tag that it has. */
+    void (*ends)(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]);
+    const void *of;
     const float *rows;  /* the rim's */
     uint32_t side;      /* at most SS_OFFER_SIDE */
-    float per_texel, climb, near, steep, far;
+    float per_texel, texels_per /* its inverse */, climb, near, steep, far;
     bool paper;
 } ss_offer_face;
 #define SS_OFFER_SIDE 32768 /* texels are counted in 31 bits */
@@ -21,7 +24,7 @@ typedef struct ss_offer_face {
 #define SS_OFFERS(name) extern const ss_raster_tiler name##_scalar, name##_avx2, name##_avx512
 SS_OFFERS(ss_offers_outer);  /* of an ss_outer_sheet: outer.h */
 SS_OFFERS(ss_offers_limit);  /* all but the lower limits, for which it says where to look */
-SS_OFFERS(ss_offers_volume); /* the first four channels: begin, end, and the tag in two numbers */
+SS_OFFERS(ss_offers_volume); /* all channels */
 SS_OFFERS(ss_offers_mask);   /* the last two channels: begin and edge */
 
 /* The one of a rung. */

@@ -38,12 +38,6 @@ SS_TILE_INLINE ss_wide_mask too_far(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wi
 
 #define CONSTANT_AT(plane, row, column) (*(const ss_wide_there *)((plane)[row] + (column)))
 
-SS_TILE_INLINE float least_of(const ss_wide *v) {
-    float least = (*v)[0];
-    for (int i = 1; i < SS_LANES; i++) least = (*v)[i] < least ? (*v)[i] : least;
-    return least;
-}
-
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */
 
 enum { OUTER_VERTEX, OUTER_RISE };
@@ -103,9 +97,7 @@ static void outer_room(const void *ctx, const ss_raster_tile *tile, float neares
             sum = SS_WIDE_MORE(wide, sum);
         }
     }
-    most[0] = 0;
-    for (int i = 0; i < SS_LANES; i++) most[0] = sum[i] > most[0] ? sum[i] : most[0];
-    most[1] = most[0];
+    most[0] = most[1] = ss_wide_most(&sum);
 }
 
 static void outer_end(const void *ctx, ss_raster_tile *tile) {
@@ -123,7 +115,7 @@ static void outer_end(const void *ctx, ss_raster_tile *tile) {
             least = SS_WIDE_LESS(first, least);
         }
     }
-    ss_light_maps_set_lit(s->lit, s->side, tile, least_of(&least));
+    ss_light_maps_set_lit(s->lit, s->side, tile, ss_wide_least(&least));
 }
 
 const ss_raster_tiler RUNG(ss_offers_outer) = {outer_begin, outer_draw, outer_room, outer_end};
@@ -202,10 +194,7 @@ SS_TILE_INLINE void face_begin(const ss_offer_face *f, ss_raster_tile *tile, flo
 
 /* The most of two sums over a tile's texels, begun at 0. */
 SS_TILE_INLINE void most_of(const ss_wide sum[2], float most[2]) {
-    most[0] = most[1] = 0;
-    for (int k = 0; k < 2; k++) {
-        for (int i = 0; i < SS_LANES; i++) most[k] = sum[k][i] > most[k] ? sum[k][i] : most[k];
-    }
+    most[0] = ss_wide_most(&sum[0]), most[1] = ss_wide_most(&sum[1]);
 }
 
 SS_TILE_INLINE void keep_value(float (*plane)[SS_RASTER_TILE], int32_t row, int32_t x,
@@ -267,7 +256,7 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     if (corner) inside = corner_inside(tag, SS_WIDE_IS_LESS(depth, c + f->near));
     const ss_wide most = SS_WIDE_MORE(SS_WIDE_ALL(f->far), c + f->near);
     ss_wide_mask may = *in;
-    if (!f->paper) may &= ~too_far(a, before * (most - c) / f->per_texel, tag);
+    if (!f->paper) may &= ~too_far(a, before * (most - c) * f->texels_per, tag);
     if (!ss_wide_any(may)) return;
     ss_wide away = a[0], open;
     foot at;
@@ -354,7 +343,7 @@ static void limit_end(const void *ctx, ss_raster_tile *tile) {
         memcpy(f->above + (size_t)(tile->y + row) * f->side + (size_t)tile->x, tile->key[row],
                (size_t)tile->width * sizeof *f->above);
     }
-    ss_light_maps_set_lit(f->lit, f->side, tile, least_of(&least));
+    ss_light_maps_set_lit(f->lit, f->side, tile, ss_wide_least(&least));
 }
 
 const ss_raster_tiler RUNG(ss_offers_limit) = {limit_begin, limit_draw, limit_room, limit_end};
@@ -398,7 +387,7 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const bool corner = tag & SS_RIM_CORNER;
     const ss_wide gap = SS_WIDE_ALL(f->far) - edge, deepest = SS_WIDE_MORE(gap, near);
     ss_wide_mask may = *in;
-    if (!f->paper) may &= ~too_far(a, before * deepest / f->per_texel, tag);
+    if (!f->paper) may &= ~too_far(a, before * deepest * f->texels_per, tag);
     if (!ss_wide_any(may)) return;
     ss_wide away = a[0], open;
     foot at;
@@ -467,18 +456,20 @@ static void volume_room(const void *ctx, const ss_raster_tile *tile, float neare
     if (!f->paper) most_of(sum, most), most[0] *= 1 + 0x1p-16f;
 }
 
-/* A texel has eight channels; those of the ends follow. */
+/* A texel has eight channels. */
 static void volume_end(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
         float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
         for (int32_t x = 0; x < tile->width; x++, texel += 8) {
+            const bool none = tile->key[row][x] == SS_MAP_FAR;
+            float whole[8] = {none ? SS_MAP_FAR : tile->value[VOLUME_BEGIN][row][x],
+                              tile->value[VOLUME_END][row][x]};
             uint32_t tag;
-            if (tile->key[row][x] == SS_MAP_FAR) continue;
             memcpy(&tag, &tile->value[VOLUME_TAG][row][x], sizeof tag);
-            texel[0] = tile->value[VOLUME_BEGIN][row][x],
-            texel[1] = tile->value[VOLUME_END][row][x];
-            texel[2] = (float)(tag / SS_OFFER_TAG), texel[3] = (float)(tag % SS_OFFER_TAG);
+            if (!none)
+                f->ends(f->of, tag, (uint32_t)(tile->x + x), (uint32_t)(tile->y + row), whole + 2);
+            memcpy(texel, whole, sizeof whole);
         }
     }
 }
@@ -499,7 +490,7 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
     const ss_wide other = CONSTANT_AT(tile->value[0], row, x);
     const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
     const bool corner = tag & SS_RIM_CORNER;
-    const ss_wide to = (before - edge) / f->per_texel + 2.5f;
+    const ss_wide to = (before - edge) * f->texels_per + 2.5f;
     ss_wide_mask may = *in & ~too_far(a, to, tag) & ~SS_WIDE_IS_LESS(before, edge);
     if (!ss_wide_any(may)) return;
     ss_wide away = a[0], open;

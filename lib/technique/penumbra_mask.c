@@ -127,7 +127,7 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 }
 
 static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_silhouette *found) {
-    const ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true};
+    ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true};
     const float words[] = {m->per_texel, m->near};
     ss_raster_ink ink = {.shade = shade,
                          .ctx = m,
@@ -141,19 +141,22 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
                                       ? SS_OFFERS_OF(ss_offers_mask, stage->rung)
                                       : NULL};
     ss_offer_face tiled = {.depth = m->depth, .texels = m->texels, .side = m->side,
-                           .per_texel = m->per_texel, .near = m->near};
+                           .per_texel = m->per_texel, .texels_per = 1 / m->per_texel, .near = m->near};
     ss_rim rim;
+    uint8_t *unseen = NULL;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, m->frame, m->side);
     m->rim = &rim;
+    if (!status) status = ss_rim_find_hidden(stage, &rim, m->depth, m->side, m->near, &unseen);
+    style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) {
         tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, m->depth, m->side, words, sizeof words / sizeof *words, &ink);
         status = stage->raster->keep(triangles, count, m->side, &ink, stage->pool);
     }
-    ss_free(triangles);
+    ss_free(triangles), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

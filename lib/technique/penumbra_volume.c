@@ -56,6 +56,7 @@ typedef struct volumes {
     const ss_rim *rim;
     const float *depth; /* of this face */
     float *texels, *key;
+    float (*ends)[6]; /* of each edge */
     uint32_t side;
     float per_texel; /* of distance, in h: the light's cone */
     float climb;     /* the same of the volumes, which are wider */
@@ -262,6 +263,12 @@ static void ends_around(const volumes *v, uint32_t tag, uint32_t x, uint32_t y, 
     if (v->paper && !(tag & SS_RIM_DISC)) mitre(v, at, place, ends);
 }
 
+static void ends_at(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
+    const volumes *v = of;
+    if (tag & SS_RIM_CORNER) ends_around(v, tag, x, y, ends);
+    else memcpy(ends, v->ends[tag / SS_RIM_TAG], sizeof *v->ends);
+}
+
 static softshadow_status settle_rows(void *ctx, uint64_t begin, uint64_t end) {
     const volumes *v = ctx;
     for (uint32_t y = (uint32_t)begin; y < end; y++) {
@@ -270,10 +277,7 @@ static softshadow_status settle_rows(void *ctx, uint64_t begin, uint64_t end) {
             if (texel[VOLUME_DEPTH] == SS_MAP_FAR) continue;
             const uint32_t tag =
                 (uint32_t)texel[VOLUME_FROM] * TAG_PARTS + (uint32_t)texel[VOLUME_FROM + 1];
-            if (tag & SS_RIM_CORNER)
-                ends_around(v, tag, x, y, texel + VOLUME_FROM);
-            else
-                ends_of(v, &v->rim->edge[tag / SS_RIM_TAG], texel + VOLUME_FROM);
+            ends_at(v, tag, x, y, texel + VOLUME_FROM);
         }
     }
     return SOFTSHADOW_OK;
@@ -287,9 +291,22 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 
 /* ---- building ------------------------------------------------------------------------------- */
 
+/* Does the machine write every texel, whole? */
+static bool is_tiled(const ss_stage *stage, uint32_t side) {
+    return stage->raster->tiles && side <= SS_OFFER_SIDE;
+}
+
+static softshadow_status find_ends(volumes *v) {
+    v->ends = ss_alloc_any(v->rim->edge_count, sizeof *v->ends);
+    if (!v->ends)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", v->rim->edge_count);
+    for (size_t i = 0; i < v->rim->edge_count; i++) ends_of(v, &v->rim->edge[i], v->ends[i]);
+    return SOFTSHADOW_OK;
+}
+
 static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
                                       const ss_silhouette *found) {
-    const ss_rim_style style = {.width = width, .ctx = v->frame, .inside = true};
+    ss_rim_style style = {.width = width, .ctx = v->frame, .inside = true};
     const float words[] = {v->per_texel, v->climb, v->near, v->steep, v->far, v->paper};
     ss_raster_ink ink = {.shade = shade,
                          .ctx = v,
@@ -299,31 +316,38 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
                          .keep_ctx = v,
                          .least = least_away,
                          .room = room,
-                         .tiler = v->side <= SS_OFFER_SIDE
+                         .tiler = is_tiled(stage, v->side)
                                       ? SS_OFFERS_OF(ss_offers_volume, stage->rung)
                                       : NULL};
-    ss_offer_face tiled = {.depth = v->depth,
+    ss_offer_face tiled = {.ends = ends_at,
+                           .of = v,
+                           .depth = v->depth,
                            .texels = v->texels,
                            .side = v->side,
-                           .per_texel = v->per_texel,
+                           .per_texel = v->per_texel, .texels_per = 1 / v->per_texel,
                            .climb = v->climb,
                            .near = v->near,
                            .steep = v->steep,
                            .far = v->far,
                            .paper = v->paper};
     ss_rim rim;
+    uint8_t *unseen = NULL;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, v->frame, v->side);
     v->rim = &rim;
+    if (!status) status = find_ends(v);
+    if (!status && !v->paper)
+        status = ss_rim_find_hidden(stage, &rim, v->depth, v->side, -v->near, &unseen);
+    style.hidden = unseen;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) {
         tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);
         status = stage->raster->keep(triangles, count, v->side, &ink, stage->pool);
     }
-    if (!status) status = ss_parallel_for(stage->pool, v->side, 16, settle_rows, v);
-    ss_free(triangles);
+    if (!status && !ink.tiler) status = ss_parallel_for(stage->pool, v->side, 16, settle_rows, v);
+    ss_free(triangles), ss_free(v->ends), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }
@@ -352,6 +376,7 @@ static softshadow_status build_face(const ss_stage *stage, volume_state *state,
                  .paper = state->paper};
     v.near = fminf(v.per_texel, (float)(NEAR * frame->texel));
     v.steep = (float)(2 * SLOPE * SS_MAP_STEEPEST * frame->texel) + v.near;
+    if (is_tiled(stage, side)) return draw_volumes(stage, &v, found);
     v.key = ss_alloc_any(n, sizeof *v.key);
     if (!v.key) return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for a map");
     softshadow_status status = ss_parallel_for(stage->pool, side, 16, clear_rows, &v);
@@ -369,7 +394,9 @@ static softshadow_status draw(const ss_stage *stage, volume_state *state) {
     if (status) return status;
     maps->silhouette_edges = found.count;
     if (found.count)
-        status = ss_light_maps_add_plane(maps, "penumbra-volume", VOLUME_CHANNELS, answer);
+        status = (is_tiled(stage, maps->frames.resolution)
+                      ? ss_light_maps_add_any
+                      : ss_light_maps_add_plane)(maps, "penumbra-volume", VOLUME_CHANNELS, answer);
     maps->channel_names = "begin,end,from.x,from.y,from.z,to.x,to.y,to.z";
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
         status = build_face(stage, state, &found, face);

@@ -165,6 +165,45 @@ float ss_rim_open(const float *depth, uint32_t side, const float place[2],
     return near > far ? near : far;
 }
 
+typedef struct hiding {
+    const ss_rim *rim;
+    const float *depth;
+    uint32_t side;
+    float past;
+    uint8_t *hidden; /* of each edge */
+} hiding;
+
+/* On a closed body half of the silhouette: offers would refuse every texel of it. */
+static bool edge_hidden(const hiding *h, const ss_rim_edge *edge) {
+    const ss_rim_vertex *a = &h->rim->vertex[edge->vertex[0]], *b = &h->rim->vertex[edge->vertex[1]];
+    const float right[2] = {(float)edge->along[1], (float)-edge->along[0]};
+    if (!(edge->length > 0 && edge->length < 1024)) return false; /* end on: nothing to look along */
+    const int steps = 1 + (int)(2 * edge->length);
+    for (int i = 0; i <= steps; i++) {
+        const double t = (double)i / steps;
+        const float place[2] = {(float)(a->x + t * (b->x - a->x)),
+                                (float)(a->y + t * (b->y - a->y))};
+        const float c = (float)(a->h + t * (b->h - a->h));
+        if (!(ss_rim_open(h->depth, h->side, place, right) < c + h->past)) return false;
+    }
+    return true;
+}
+
+static softshadow_status hide(void *ctx, uint64_t begin, uint64_t end) {
+    const hiding *h = ctx;
+    for (uint64_t i = begin; i < end; i++) h->hidden[i] = edge_hidden(h, &h->rim->edge[i]);
+    return SOFTSHADOW_OK;
+}
+
+softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, const float *depth,
+                                     uint32_t side, float past, uint8_t **hidden) {
+    *hidden = ss_alloc(rim->edge_count, 1);
+    if (!*hidden)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", rim->edge_count);
+    hiding h = {rim, depth, side, past, *hidden};
+    return ss_parallel_for(stage->pool, rim->edge_count, 256, hide, &h);
+}
+
 void ss_rim_tables(const ss_rim *rim, const float *depth, uint32_t side, const float *words,
                    size_t word_count, ss_raster_ink *ink) {
     ink->table[0] = (ss_raster_table){depth, (size_t)side * side * sizeof *depth};

@@ -122,6 +122,11 @@ static inline ss_rim_foot ss_rim_foot_of(const ss_rim *rim, const ss_raster_run 
  * Above the edge: something nearer hides the silhouette. */
 float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]);
 
+/* Edges, a byte each, past which light gets nowhere deeper than `past` below them, all along: what nearer
+ * things hide, for one. *hidden is to be freed with ss_free. */
+softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, const float *depth,
+                                     uint32_t side, float past, uint8_t **hidden);
+
 /* The same as text, for offers (raster.h, ss_raster_ink), operation by operation. */
 #define SS_RIM_AWAY_GLSL \
     "float rim_away(uint tag, vec4 varied) {\n" \
