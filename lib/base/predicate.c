@@ -4,6 +4,7 @@
  * give no answer either. */
 #include "base/predicate.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -130,6 +131,11 @@ int ss_orient3d_towards(const double a[3], const double b[3], const double c[3],
                         const double d[3]) {
     static const double nowhere[3];
     return orient(a, b, c, d, nowhere);
+}
+
+double ss_side_exact(const double d[3], const double a[3], const double b[3], double rounded) {
+    static const double nowhere[3];
+    return ss_orient3d_towards(nowhere, a, b, d) * fmax(fabs(rounded), DBL_MIN);
 }
 
 bool ss_collinear(const double a[3], const double b[3], const double c[3]) {

@@ -1,33 +1,26 @@
-/* based on: edge functions evaluated in one order of their two ends, so that neighbours get the
- * same number with opposite signs (Woop et al. 2013), here in double. */
+/* based on: edge functions of Pluecker's kind (Woop et al. 2013), here in double and with signs that
+ * are never wrong. */
 #include "coverage/direct.h"
 
+#include <math.h>
+
+#include "base/predicate.h"
 #include "base/vec.h"
 
 void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, const double p[3]) {
     ss_world_triangle(world, triangle, direct->corner);
     for (int i = 0; i < 3; i++) ss_sub(direct->corner[i], p, direct->corner[i]);
+    direct->size = 0;
+    for (int i = 0; i < 9; i++) direct->size = fmax(direct->size, fabs(direct->corner[i / 3][i % 3]));
     direct->triangle = triangle;
-}
-
-static bool ordered(const double a[3], const double b[3]) {
-    for (int k = 0; k < 3; k++) {
-        if (a[k] != b[k]) return a[k] < b[k];
-    }
-    return true;
-}
-
-static double side(const double d[3], const double a[3], const double b[3]) {
-    const bool forward = ordered(a, b);
-    double moment[3];
-    ss_cross(forward ? a : b, forward ? b : a, moment);
-    return forward ? ss_dot(d, moment) : -ss_dot(d, moment);
 }
 
 bool ss_direct_blocks(const ss_direct *direct, const ss_world *world, const double d[3],
                       double t_end) {
     const double(*v)[3] = direct->corner;
-    const double weight[3] = {side(d, v[1], v[2]), side(d, v[2], v[0]), side(d, v[0], v[1])};
+    const double limit = ss_side_limit(direct->size, d);
+    const double weight[3] = {ss_side(d, v[1], v[2], limit), ss_side(d, v[2], v[0], limit),
+                              ss_side(d, v[0], v[1], limit)};
     const bool some_left = weight[0] < 0 || weight[1] < 0 || weight[2] < 0;
     const bool some_right = weight[0] > 0 || weight[1] > 0 || weight[2] > 0;
     if (some_left == some_right) return false; /* outside, or the segment lies in the plane */

@@ -11,14 +11,14 @@
 
 /* Corners relative to the point. */
 typedef struct ss_direct {
-    double corner[3][3];
+    double corner[3][3], size; /* the largest number in them */
     uint32_t triangle;
 } ss_direct;
 
 void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, const double p[3]);
 
-/* Does the triangle block the segment from the point along d, 0 < t < t_end? Faces that share an
- * edge agree about it. Where the triangle is opacity-tested, what the texture says there. */
+/* Does the triangle block the segment from the point along d, 0 < t < t_end? No segment passes
+ * between faces that share an edge or a corner. Where the triangle is opacity-tested, what the texture says there. */
 bool ss_direct_blocks(const ss_direct *direct, const ss_world *world, const double d[3],
                       double t_end);
 

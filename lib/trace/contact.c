@@ -1,7 +1,6 @@
 /* Which faces touch a point, and exact-enough tests against those that nearly do.
- * based on: [WBW13] for edge functions that two faces share bit for bit (here in double and by an
- * order of the end points, so that winding does not matter); [Eri05, 5.1.5] for the regions of a
- * triangle.
+ * based on: [WBW13] for edge functions (here in double, and signs that are never wrong); [Eri05, 5.1.5]
+ * for the regions of a triangle.
  *
  * With a known triangle the point is put onto it, and what is within SS_TOUCH of that place touches.
  * Without, what is within the rounding of point and face (point->ulp) touches, and the point is put
@@ -9,8 +8,10 @@
  * meets that plane at t = 0, or runs inside it. */
 #include "trace/contact.h"
 
+#include <math.h>
 #include <string.h>
 
+#include "base/predicate.h"
 #include "base/vec.h"
 
 #define ROOM 128 /* near boxes looked at */
@@ -314,29 +315,13 @@ void ss_contact_find_in(const ss_contact_crowd *crowd, unsigned i, const ss_worl
     settle(world, &near, SS_NO_TRIANGLE, contact);
 }
 
-static bool ordered(const double a[3], const double b[3]) {
-    for (int k = 0; k < 3; k++) {
-        if (a[k] != b[k]) return a[k] < b[k];
-    }
-    return true;
-}
-
-/* On which side of the edge a..b the ray passes: d . (a x b), computed in one order of the two ends
- * whichever face asks, so that neighbours get the same number with opposite signs. */
-static double edge_side(const double d[3], const double a[3], const double b[3]) {
-    double moment[3];
-    if (ordered(a, b)) {
-        ss_cross(a, b, moment);
-        return ss_dot(d, moment);
-    }
-    ss_cross(b, a, moment);
-    return -ss_dot(d, moment);
-}
-
 static bool blocks(const double v[3][3], const ss_world *world, uint32_t triangle,
                    const double d[3], double t_end) {
-    const double w = edge_side(d, v[0], v[1]), a = edge_side(d, v[1], v[2]),
-                 b = edge_side(d, v[2], v[0]);
+    double size = 0;
+    for (int i = 0; i < 9; i++) size = fmax(size, fabs(v[i / 3][i % 3]));
+    const double limit = ss_side_limit(size, d);
+    const double w = ss_side(d, v[0], v[1], limit), a = ss_side(d, v[1], v[2], limit),
+                 b = ss_side(d, v[2], v[0], limit);
     const bool inside = (w >= 0 && a >= 0 && b >= 0) || (w <= 0 && a <= 0 && b <= 0);
     if (!inside) return false;
     double one[3], two[3], normal[3];

@@ -79,8 +79,8 @@ bool ss_contact_gather(const ss_bvh *bvh, const ss_world *world, ss_contact_crow
 /* ss_contact_find() for point number i of the crowd. */
 void ss_contact_find_in(const ss_contact_crowd *crowd, unsigned i, const ss_world *world,
                         const ss_point *point, ss_contact_face *cache, ss_contact *contact);
-/* Does one of the tested faces block the segment from p along d, 0 < t < t_end (double, watertight
- * between faces that share an edge)? */
+/* Does one of the tested faces block the segment from p along d, 0 < t < t_end (double; nothing
+ * passes between faces that share an edge or a corner)? */
 bool ss_contact_blocked(const ss_contact *contact, const ss_world *world, const double d[3],
                         double t_end);
 

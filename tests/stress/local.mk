@@ -1,6 +1,6 @@
 # make check-stress: where arithmetic hurts, as a table (stress/sweep.csv); STRESS_SCENES (10,000)
-# random scenes against exact areas; the library loaded and let go STRESS_LOADS (1,000) times. Built
-# by name only.
+# random scenes against exact areas; STRESS_AIMED (10,000,000) points behind vertices and edges of closed
+# meshes; the library loaded and let go STRESS_LOADS (1,000) times.
 EXTRA_DIST += %D%/sweep.csv
 if HAVE_CMOCKA
 EXTRA_PROGRAMS += tests/stress/sweep tests/stress/scenes
@@ -11,12 +11,21 @@ tests_stress_scenes_SOURCES = %D%/scenes.c %D%/ask.c %D%/stress.h
 tests_stress_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 tests_stress_scenes_LDADD = $(PROOF_LIBS)
 
+# These are of make check, too, where they do little.
+stress = %D%/leaks
+check_PROGRAMS += $(stress)
+TESTS += $(stress)
+%C%_leaks_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_leaks_LDADD = $(PROOF_LIBS)
+
 STRESS_SCENES = 10000
 STRESS_LOADS = 1000
-check-stress: tests/stress/sweep tests/stress/scenes tests/abi/dlopen libsoftshadow.la
+STRESS_AIMED = 10000000
+check-stress: tests/stress/sweep tests/stress/scenes tests/abi/dlopen $(stress) libsoftshadow.la
 	@$(MKDIR_P) stress
 	./tests/stress/sweep --csv stress/sweep.csv
 	./tests/stress/scenes 0 $(STRESS_SCENES)
+	./tests/stress/leaks $(STRESS_AIMED)
 	top_builddir=. ./tests/abi/dlopen $(STRESS_LOADS)
 
 endif
