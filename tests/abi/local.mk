@@ -3,7 +3,7 @@ scripts = %D%/symbols.sh %D%/header.sh %D%/host_state.sh %D%/diff.sh
 dist_check_SCRIPTS += $(scripts)
 TESTS += $(scripts)
 
-hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless \
+hosts = %D%/dlopen %D%/fork %D%/missing %D%/foreign %D%/threadless %D%/guard \
   %D%/gpu_faults %D%/gpu_host %D%/gpu_glx
 check_PROGRAMS += $(hosts) %D%/host_state
 TESTS += $(hosts)
@@ -33,6 +33,8 @@ EXPORTING = $(AM_CFLAGS) -fvisibility=default
 %C%_gpu_host_LDADD = libsoftshadow.la -ldl -lpthread
 %C%_gpu_glx_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_gpu_glx_LDADD = libsoftshadow.la -ldl
+%C%_guard_CPPFLAGS = $(HOST_CPPFLAGS)
+%C%_guard_LDADD = libsoftshadow.la
 %C%_threadless_CPPFLAGS = $(HOST_CPPFLAGS)
 %C%_threadless_LDADD = libsoftshadow.la -ldl
 %C%_threadless_CFLAGS = $(EXPORTING)
