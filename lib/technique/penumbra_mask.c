@@ -165,11 +165,12 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
 
 typedef struct comparing {
     float *texels;
+    const float *first; /* surface, and what lies below it */
+    const float *second;
     uint32_t side;
     float one;   /* a texel's size */
     float given; /* the host's bias, a length; 0: none */
     const ss_frame *frame;
-    const float *second; /* what lies below the first surface */
 } comparing;
 
 /* How much h changes towards the neighbours; what changes faster than SS_MAP_STEEPEST is another
@@ -185,13 +186,14 @@ static float slope_along(const comparing *c, const float *at, bool before, bool 
     return slope < 0 ? c->one : slope; /* alone, as in a hair: 45 degrees */
 }
 
-static float compared(const comparing *c, const float *texel, uint32_t x, uint32_t y) {
+static float compared(const comparing *c, uint32_t x, uint32_t y) {
     const uint32_t last = c->side - 1;
-    const float h = *texel, second = c->second[(size_t)y * c->side + x];
+    const float *at = c->first + (size_t)y * c->side + x;
+    const float h = *at, second = c->second[(size_t)y * c->side + x];
     if (h == SS_MAP_FAR) return h;
     if (c->given > 0) return h + (float)ss_frame_step(c->frame, h, c->given);
-    const float across = slope_along(c, texel, x > 0, x < last, MASK_CHANNELS);
-    const float up = slope_along(c, texel, y > 0, y < last, (size_t)MASK_CHANNELS * c->side);
+    const float across = slope_along(c, at, x > 0, x < last, 1);
+    const float up = slope_along(c, at, y > 0, y < last, c->side);
     const float least = (float)CAP * (across + up);
     const float most = (float)CAP * (fmaxf(across, c->one) + fmaxf(up, c->one));
     const float half = second == SS_MAP_FAR ? least : (second - h) / 2;
@@ -203,7 +205,9 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
     for (uint64_t y = begin; y < end; y++) {
         for (uint32_t x = 0; x < c->side; x++) {
             float *texel = c->texels + (y * c->side + x) * MASK_CHANNELS;
-            texel[MASK_COMPARED] = compared(c, texel, x, (uint32_t)y);
+            texel[MASK_SURFACE] = c->first[y * c->side + x];
+            texel[MASK_COMPARED] = compared(c, x, (uint32_t)y);
+            texel[MASK_VOLUME] = SS_MAP_FAR, texel[MASK_EDGE] = 0;
         }
     }
     return SOFTSHADOW_OK;
@@ -212,7 +216,7 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
 /* The first surface, and from where on the second is looked for. */
 typedef struct starting {
     const float *first;
-    float *texels, *above;
+    float *above;
     uint32_t side;
 } starting;
 
@@ -221,8 +225,6 @@ static softshadow_status start_rows(void *ctx, uint64_t begin, uint64_t end) {
     for (size_t i = begin * s->side; i < end * s->side; i++) {
         const float h = s->first[i];
         s->above[i] = h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
-        s->texels[i * MASK_CHANNELS + MASK_SURFACE] = h;
-        s->texels[i * MASK_CHANNELS + MASK_VOLUME] = SS_MAP_FAR;
     }
     return SOFTSHADOW_OK;
 }
@@ -250,10 +252,10 @@ static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uin
     const size_t n = (size_t)side * side;
     float *texels = maps->plane + face * n * MASK_CHANNELS;
     const float *depth = maps->depth + face * n;
-    const starting start = {depth, texels, scratch, side};
+    const starting start = {depth, scratch, side};
     softshadow_status status = find_second(stage, frame, &start, scratch + n);
-    comparing c = {texels, side, (float)frame->texel,
-                   (float)(stage->params->depth_bias * stage->world->scale), frame, scratch + n};
+    comparing c = {texels, depth, scratch + n, side, (float)frame->texel,
+                   (float)(stage->params->depth_bias * stage->world->scale), frame};
     if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &c);
     masking m = {.frame = frame,
                  .depth = depth,
@@ -275,8 +277,8 @@ static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
     maps->silhouette_edges = found.count;
-    float *scratch = found.count ? ss_alloc(n, 2 * sizeof *scratch) : NULL;
-    if (found.count) status = ss_light_maps_add_plane(maps, "penumbra-mask", MASK_CHANNELS, answer);
+    float *scratch = found.count ? ss_alloc_any(n, 2 * sizeof *scratch) : NULL;
+    if (found.count) status = ss_light_maps_add_any(maps, "penumbra-mask", MASK_CHANNELS, answer);
     maps->channel_names = "surface,compared,volume,edge";
     if (!status && found.count && !scratch)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for two maps");
