@@ -22,15 +22,24 @@ static void turn_of(double angle, double *sine, double *cosine) {
     *sine = angle * (low_s + r * high_s), *cosine = low_c + r * high_c;
 }
 
-void ss_square_to_disk(double st[2]) {
-    const double a = st[0], b = st[1];
-    if (a == 0 && b == 0) return;
-    const bool wide = fabs(a) > fabs(b);
-    const double radius = wide ? a : b;
-    const double angle = M_PI / 4 * (wide ? b / a : a / b); /* from the nearer axis */
-    double sine, cosine;
-    turn_of(angle, &sine, &cosine);
-    st[0] = radius * (wide ? cosine : sine), st[1] = radius * (wide ? sine : cosine);
+/* Whatever a processor guesses of a place at random is wrong half of the time: no branch. */
+static inline void swap_if(bool swap, double *a, double *b) {
+    uint64_t x, y;
+    memcpy(&x, a, sizeof x), memcpy(&y, b, sizeof y);
+    const uint64_t other = (x ^ y) & (0 - (uint64_t)swap);
+    x ^= other, y ^= other;
+    memcpy(a, &x, sizeof x), memcpy(b, &y, sizeof y);
+}
+
+double ss_square_to_disk(double st[2]) {
+    double across = st[0], radius = st[1], sine, cosine;
+    if (across == 0 && radius == 0) return 0;
+    const bool wide = fabs(across) > fabs(radius);
+    swap_if(wide, &across, &radius);
+    turn_of(M_PI / 4 * (across / radius), &sine, &cosine); /* from the nearer axis */
+    swap_if(wide, &sine, &cosine);
+    st[0] = radius * sine, st[1] = radius * cosine;
+    return fabs(radius);
 }
 
 /* Places of parts of radius 1 / side in the unit disk. Mean squares add up: of the places and of a

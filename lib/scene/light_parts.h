@@ -14,6 +14,6 @@ void ss_light_part(const ss_light *light, const double toward[3], uint32_t side,
                    ss_light *out, double *weight);
 
 /* [-1, 1]^2 to the unit disk, areas kept: squares around the centre become circles [SC97]. */
-void ss_square_to_disk(double st[2]);
+double ss_square_to_disk(double st[2]);
 
 #endif

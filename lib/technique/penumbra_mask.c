@@ -411,22 +411,40 @@ static uint64_t hash_of(const asked *a) {
     return ss_hash(ss_hash(x << 32 ^ y) + a->mask->seed);
 }
 
-/* n x n cells, a tap anywhere in each (5.2). */
+#define PLACES 64 /* of taps that are found at once: nothing about them has to be guessed */
+
+/* Places on the light of taps from k on, n x n cells, a tap anywhere in each (5.2), and how far they are
+ * from its centre. */
+static void find_places(const asked *a, bool disk, uint64_t hash, uint32_t k, uint32_t count,
+                        double place[PLACES][3]) {
+    const uint32_t n = a->mask->taps;
+    const double per = 2.0 / n;
+    uint32_t column = k % n, row = k / n;
+    for (uint32_t i = 0; i < count; i++, column++) {
+        const uint64_t jitter = ss_hash(hash + k + i);
+        double *st = place[i];
+        if (column == n) column = 0, row++;
+        st[0] = (column + (double)(uint32_t)jitter * 0x1p-32) * per - 1;
+        st[1] = (row + (double)(jitter >> 32) * 0x1p-32) * per - 1;
+        st[2] = disk ? ss_square_to_disk(st) : fmax(fabs(st[0]), fabs(st[1]));
+    }
+}
+
 static float filter(const asked *a) {
     const ss_light *light = &a->mask->maps.light;
     const bool disk = a->view.lamp->disk && !a->mask->paper;
-    const uint32_t n = a->mask->taps;
+    const uint32_t taps = a->mask->taps * a->mask->taps;
     const uint64_t hash = hash_of(a);
     double sum = 0, all = 0;
-    for (uint32_t k = 0; k < n * n; k++) {
-        const uint64_t jitter = ss_hash(hash + k);
-        double st[2] = {2 * (k % n + (double)(uint32_t)jitter * 0x1p-32) / n - 1,
-                        2 * (k / n + (double)(jitter >> 32) * 0x1p-32) / n - 1};
-        if (disk) ss_square_to_disk(st);
-        const double s = st[0], t = st[1];
-        const double away = disk ? sqrt(s * s + t * t) : fmax(fabs(s), fabs(t));
-        const double weight = light->profile_count ? ss_light_profile(light, away) : 1;
-        sum += weight * tap(a, s, t, away), all += weight;
+    for (uint32_t k = 0; k < taps; k += PLACES) {
+        const uint32_t count = taps - k < PLACES ? taps - k : PLACES;
+        double place[PLACES][3];
+        find_places(a, disk, hash, k, count, place);
+        for (uint32_t i = 0; i < count; i++) {
+            const double *at = place[i];
+            const double weight = light->profile_count ? ss_light_profile(light, at[2]) : 1;
+            sum += weight * tap(a, at[0], at[1], at[2]), all += weight;
+        }
     }
     return all > 0 ? (float)(sum / all) : 1;
 }
