@@ -136,6 +136,14 @@ static inline uint32_t in_row_block(const bounds *box, uint32_t row_block) {
                         f_lt(f_set((float)(SS_BLOCK * row_block + 1)), box->y_high)));
 }
 
+/* Lanes in which something with these bounds covers places of the word-th 32 columns; where it has
+ * edges to the left of them only, these cancel there. The margins are those of touched(). */
+static inline uint32_t in_word(const bounds *box, uint32_t word) {
+    const float first = (float)(32 * word);
+    return m_bits(m_and(f_lt(f_set(first + 0.75f), box->x_high),
+                        f_lt(box->x_low, f_set(first + 32.25f))));
+}
+
 static inline void draw_block(const walk *w, const polygon *p, uint32_t block, uint32_t lanes) {
     const vf y = f_load(w->row + SS_BLOCK * (block / w->words));
     const uint32_t word = block % w->words;
@@ -184,8 +192,17 @@ static inline void draw_triangle(walk *w, const place v[3], uint32_t lanes, int 
     for (uint32_t r = 0; r < w->row_blocks && lanes; r++) {
         const uint32_t here = lanes & in_row_block(&p.box, r);
         uint32_t word = 0;
-        for (; word + 1 < w->words && here; word += 2) draw_pair(w, &p, r * w->words + word, here);
-        if (word < w->words && here) draw_block(w, &p, r * w->words + word, here);
+        for (; word + 1 < w->words && here; word += 2) {
+            const uint32_t left = here & in_word(&p.box, word),
+                           right = here & in_word(&p.box, word + 1), at = r * w->words + word;
+            draw_pair(w, &p, at, left & right);
+            draw_block(w, &p, at, left & ~right);
+            draw_block(w, &p, at + 1, right & ~left);
+        }
+        if (word < w->words && here) {
+            draw_block(w, &p, r * w->words + word,
+                       w->words > 1 ? here & in_word(&p.box, word) : here);
+        }
     }
     w->work += 3;
 }

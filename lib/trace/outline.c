@@ -312,7 +312,7 @@ static bool find_boundaries(builder *b) {
         for (uint32_t i = 0; i < from->count; i++) {
             if (!find_boundary(b, from->child[i], &node->first[i], &node->count[i])) return false;
             const uint32_t faces = from->last[i] - from->first[i];
-            const bool fewer = faces == 1 || node->count[i] <= faces * 9 / 4;
+            const bool fewer = faces == 1 || node->count[i] <= faces * 19 / 10;
             if (fewer && !any_tested(b, from->first[i], from->last[i])) node->whole |= 1u << i;
         }
     }
