@@ -1,5 +1,9 @@
 /* Every argument that can be wrong, wrong: the status is the one promised, the message names what
  * it was, outputs are set, and the handle answers as before. */
+#define _GNU_SOURCE /* memfd_create */
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include "ask.h"
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
@@ -348,36 +352,72 @@ static void sizes_of_1_0(void **state) {
 /* ---- Numbers
  * ------------------------------------------------------------------------------------*/
 
+/* Room for `count` answers with little memory behind it: all but the last page are the same few pages,
+ * again and again. */
+enum { PAGE = 4096, SAME = 1 << 22 };
+
+static float *wide_answers(size_t count, size_t *bytes) {
+    const size_t whole = (count * sizeof(float) + PAGE - 1) / PAGE * PAGE;
+    *bytes = whole;
+    char *at = mmap(NULL, whole, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    const int file = memfd_create("answers", 0);
+    CHECK(at != MAP_FAILED && file >= 0 && ftruncate(file, SAME + PAGE) == 0, "no room");
+    for (size_t done = 0; done < whole;) {
+        const size_t left = whole - done, size = left > SAME ? SAME : left > PAGE ? left - PAGE : PAGE;
+        CHECK(mmap(at + done, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, file,
+                   left > PAGE ? 0 : SAME) == at + done,
+              "mmap");
+        done += size;
+    }
+    close(file);
+    return (float *)(void *)at;
+}
+
+/* A batch that cannot be is refused, and as many answers as it was said to have are NaN: the last one
+ * is where only a count of 64 bits leads. */
+static void refuse_batch(softshadow_points batch, const char *text) {
+    size_t bytes;
+    float *v = wide_answers(batch.count, &bytes);
+    v[batch.count - 1] = .5f;
+    REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, text, softshadow_query_visibility(f.handle, &batch, v));
+    CHECK(isnan(v[0]) && isnan(v[batch.count - 1]), "%zu points: the last is %g", batch.count,
+          (double)v[batch.count - 1]);
+    munmap(v, bytes);
+}
+
 static void strides_and_overflow(void **state) {
     (void)state;
     static const size_t count[] = {2,
+                                   ((size_t)1 << 31) - 1,
                                    (size_t)1 << 31,
                                    ((size_t)1 << 31) + 1,
+                                   ((size_t)1 << 32) - 1,
                                    ((size_t)1 << 32) + 1,
                                    (size_t)1 << 60,
                                    SIZE_MAX / 24,
                                    SIZE_MAX / 12,
                                    SIZE_MAX};
-    static const size_t stride[] = {(size_t)1 << 32, SIZE_MAX / 2, SIZE_MAX - 11, SIZE_MAX};
+    static const size_t stride[] = {((size_t)1 << 32) + 24, (size_t)1 << 33, SIZE_MAX / 2,
+                                    SIZE_MAX - 11, SIZE_MAX};
     float v[N];
     for (size_t i = 0; i < COUNT(count); i++) {
         for (size_t k = 0; k < COUNT(stride); k++) {
             size_t bytes;
             if (!__builtin_mul_overflow(count[i], stride[k], &bytes) && bytes <= PTRDIFF_MAX)
                 continue;
-            softshadow_points batch = f.batch;
-            batch.count = count[i], batch.position_stride = stride[k];
-            /* Too many to be set to NaN: no such array could be. Where it could, N are at hand. */
-            if (count[i] > 2 && count[i] < (size_t)1 << 44) continue;
-            REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "positions",
-                    softshadow_query_visibility(f.handle, &batch, v));
             softshadow_mesh mesh = ask_mesh(&f.mesh);
             mesh.vertex_count = count[i], mesh.position_stride = stride[k];
             CHECK(softshadow_add_mesh(f.handle, &mesh, NULL) == SOFTSHADOW_E_ARGUMENT,
                   "%zu vertices of stride %zu", count[i], stride[k]);
+            softshadow_points batch = f.batch;
+            batch.count = count[i], batch.position_stride = stride[k];
+            /* Those that could be in memory are below; more could not, and nothing is set. */
+            if (count[i] > 2 && count[i] < (size_t)1 << 44) continue;
+            REFUSED(f.handle, SOFTSHADOW_E_ARGUMENT, "positions",
+                    softshadow_query_visibility(f.handle, &batch, v));
         }
     }
-    for (size_t i = 3; i < COUNT(count); i++) {
+    for (size_t i = 5; i < COUNT(count); i++) {
         softshadow_mesh mesh = ask_mesh(&f.mesh);
         mesh.triangle_count = count[i];
         CHECK(softshadow_add_mesh(f.handle, &mesh, NULL) == SOFTSHADOW_E_ARGUMENT, "%zu triangles",
@@ -397,6 +437,21 @@ static void strides_and_overflow(void **state) {
             softshadow_query_visibility(f.handle, &batch, v));
     batch.width = 8;
     OK(f.handle, softshadow_query_visibility(f.handle, &batch, v));
+    unharmed();
+}
+
+/* Batches that 32 bits cannot count: refused for their rows, as 2^31 + 1 points, and for their stride, as
+ * 2^32 + 3; in 32 bits they would be a negative number of points, and three. */
+static void counts_beyond_32_bits(void **state) {
+    (void)state;
+    const char *sanitizers = getenv("SANITIZERS");
+    softshadow_points batch = f.batch;
+    batch.count = ((size_t)1 << 31) + 1, batch.width = 2;
+    refuse_batch(batch, "width");
+    if (sanitizers && *sanitizers) return; /* 16 GiB of writes, each of them looked at */
+    batch = f.batch, batch.count = ((size_t)1 << 32) + 3;
+    batch.position_stride = SIZE_MAX / 2;
+    refuse_batch(batch, "position");
     unharmed();
 }
 
@@ -644,6 +699,7 @@ int main(void) {
         TEST(sizes_of_1_0),
         TEST(failed_structs),
         TEST(strides_and_overflow),
+        TEST(counts_beyond_32_bits),
         TEST(odd_strides),
         TEST(enums_out_of_range),
         TEST(numbers_out_of_range),
