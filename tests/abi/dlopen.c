@@ -90,7 +90,7 @@ static int cycle(const char *path, int rounds) {
     printf("%d further rounds: %+ld KiB resident, %+d threads\n", rounds - SETTLED, grown, more);
     /* Heaps breathe; 80 leaks of a scene, or of one thread's stack, would show; in 980 rounds a page
      * a round would. */
-    REQUIRE(grown < 2048, "%ld KiB more than after %d rounds", grown, SETTLED);
+    REQUIRE(grown < 1024, "%ld KiB more than after %d rounds", grown, SETTLED);
     REQUIRE(more <= 0, "%d threads more than after %d rounds", more, SETTLED);
     return rounds;
 }
