@@ -175,8 +175,8 @@ typedef struct softshadow_mesh {
  *           circle where the tangent cone touches the lamp occludes. Inside the lamp all is seen.
  *   SUN     the direction the light travels and its angular radius (0..80 degrees, in radians): the
  *           disk of radius tan(angle) at distance 1 towards the sun; uniform in its area
- * Radius 0 (sun: a tiny angle, too) is a point light: 0 or 1. Rect and disk shine to both sides
- * except under IRRADIANCE, where they emit on their normal's side. */
+ * Radius 0, or below 1e-30 of the scene's size or of its distance, is a point light: 0 or 1. Rect
+ * and disk shine to both sides except under IRRADIANCE, where they emit on their normal's side. */
 typedef struct softshadow_light {
     uint32_t struct_size;
     uint32_t type;
@@ -227,7 +227,7 @@ typedef struct softshadow_points {
     size_t position_stride;     /* bytes; 0: packed */
     size_t count;               /* 0 is allowed */
     const float *normals;       /* count x 3, any length, 0 0 0: none; or NULL. What lies below the
-                                   point's horizon is hidden */
+                                   point's horizon is hidden. Not finite: no point */
     size_t normal_stride;       /* bytes; 0: packed */
     const uint32_t *ids;        /* count: objects a blur must not cross; or NULL */
     const uint64_t *primitives; /* count: mesh_id << 32 | triangle the point lies on, or

@@ -218,6 +218,10 @@ static double profile_mean(const ss_light *light) {
     return sum;
 }
 
+/* A light so small is none but a point: its share of the scene, or of its distance, has no place among
+ * floats, and is far below what coordinates are rounded to. */
+#define POINT 0x1p-100
+
 static void set_axes(ss_light *light, double length) {
     ss_basis(light->normal, light->u, light->v);
     for (int k = 0; k < 3; k++) light->u[k] *= length, light->v[k] *= length;
@@ -248,5 +252,9 @@ void ss_world_light(const ss_world *world, const softshadow_light *given, ss_lig
         ss_normalize(out->normal);
         set_axes(out, out->radius);
     }
-    out->point = out->radius == 0;
+    const double away = given->type == SOFTSHADOW_SUN ? 1 : ss_max(1, ss_length(out->centre));
+    out->point = out->radius <= POINT * away;
+    if (!out->point) return;
+    out->radius = 0;
+    memset(out->u, 0, sizeof out->u), memset(out->v, 0, sizeof out->v);
 }

@@ -1,6 +1,7 @@
 # make check-stress: where arithmetic hurts, as a table (stress/sweep.csv); STRESS_SCENES (10,000)
 # random scenes against exact areas; STRESS_AIMED (10,000,000) points behind vertices and edges of closed
-# meshes; the library loaded and let go STRESS_LOADS (1,000) times.
+# meshes; for each method STRESS_POINTS (1,000,000) points and STRESS_MESHES (20,000) meshes of random bits
+# and STRESS_CHILDREN (80) forks of each kind; the library loaded and let go STRESS_LOADS (1,000) times.
 EXTRA_DIST += %D%/sweep.csv
 if HAVE_CMOCKA
 EXTRA_PROGRAMS += tests/stress/sweep tests/stress/scenes
@@ -12,20 +13,27 @@ tests_stress_scenes_CPPFLAGS = $(PROOF_CPPFLAGS)
 tests_stress_scenes_LDADD = $(PROOF_LIBS)
 
 # These are of make check, too, where they do little.
-stress = %D%/leaks
+stress = %D%/leaks %D%/noise
 check_PROGRAMS += $(stress)
 TESTS += $(stress)
 %C%_leaks_CPPFLAGS = $(PROOF_CPPFLAGS)
 %C%_leaks_LDADD = $(PROOF_LIBS)
+%C%_noise_CPPFLAGS = $(PROOF_CPPFLAGS)
+%C%_noise_LDADD = $(PROOF_LIBS)
 
 STRESS_SCENES = 10000
 STRESS_LOADS = 1000
 STRESS_AIMED = 10000000
-check-stress: tests/stress/sweep tests/stress/scenes tests/abi/dlopen $(stress) libsoftshadow.la
+STRESS_POINTS = 1000000
+STRESS_MESHES = 20000
+STRESS_CHILDREN = 80
+check-stress: tests/stress/sweep tests/stress/scenes tests/abi/dlopen tests/abi/fork $(stress) libsoftshadow.la
 	@$(MKDIR_P) stress
 	./tests/stress/sweep --csv stress/sweep.csv
 	./tests/stress/scenes 0 $(STRESS_SCENES)
 	./tests/stress/leaks $(STRESS_AIMED)
+	./tests/stress/noise $(STRESS_POINTS) $(STRESS_MESHES)
+	./tests/abi/fork $(STRESS_CHILDREN)
 	top_builddir=. ./tests/abi/dlopen $(STRESS_LOADS)
 
 endif
