@@ -61,10 +61,14 @@ softshadow_status ss_sky_create(ss_sky **out, const ss_bvh *bvh,
 void ss_sky_destroy(ss_sky *sky);
 size_t ss_sky_bytes(const ss_sky *sky);
 
-/* Points of such an ulp (see ss_point) are put onto faces that they touch: does the map leave room for
- * that? */
+/* Points of such an ulp (see ss_point) are put onto faces that they touch, up to 8 ulps of the largest
+ * coordinate away: does the map leave room for that? At r from the light's centre such a way is D^2 / r^2
+ * times as long in nearness, and 2 D / r times on the plane, as far out as points are looked up. Nearer
+ * than all casters r does not matter: points there are lit wherever they are put. */
 static inline bool ss_sky_holds(const ss_sky *sky, double ulp) {
-    return 8 * ulp * (sky->size + 1) <= SS_SKY_ROOM;
+    const double near = sky->frame.sun ? 1 : sky->frame.distance / sky->frame.least;
+    const double longest = near * near > 2 * near ? near * near : 2 * near;
+    return 8 * ulp * (sky->size + 1) * longest <= SS_SKY_ROOM;
 }
 /* A bit for each of n points, at most 64: it is lit for sure, it is dark for sure. */
 typedef void ss_sky_ask(const ss_sky *sky, const ss_places *places, size_t n, double ulp,

@@ -10,6 +10,7 @@
 
 #include "base/memory.h"
 #include "coverage/lattice.h"
+#include "coverage/sky_parts.h"
 
 static const uint32_t types[] = {SOFTSHADOW_RECT, SOFTSHADOW_SPHERE};
 static const uint32_t counts[] = {256, 300, 512, 528, 768, 1024, 4096, 16384};
@@ -100,10 +101,48 @@ static void measures_straight_cuts(void **unused) {
     }
 }
 
+/* The largest way that ss_sky_holds() lets contact move a point, in any direction: is it within the room,
+ * in nearness and on the plane? */
+static void moves_points_no_farther_than_the_sky_has_room(void **unused) {
+    (void)unused;
+    static const double least[] = {3.5, 2, 1, 0.25, 0.0625};
+    ss_sky sky = {.frame = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .distance = 4}, .size = 7};
+    const ss_sky_frame *f = &sky.frame;
+    uint64_t state = 5;
+    for (size_t l = 0; l < sizeof least / sizeof *least; l++) {
+        sky.frame.least = least[l];
+        double ulp = 1;
+        while (!ss_sky_holds(&sky, ulp)) ulp /= 1.25;
+        const double way = 8 * ulp * (sky.size + 1);
+        assert_true(way > 0);
+        for (int i = 0; i < 20000; i++) {
+            double at[3], to[3], by[3], on[2], moved[2];
+            for (int k = 0; k < 3; k++) {
+                state = state * 6364136223846793005u + 1442695040888963407u;
+                at[k] = (double)(state >> 11) * 0x1p-52 - 1;
+                state = state * 6364136223846793005u + 1442695040888963407u;
+                by[k] = (double)(state >> 11) * 0x1p-52 - 1;
+            }
+            if (!ss_normalize(at) || !ss_normalize(by)) continue;
+            if (i % 2) memcpy(by, at, sizeof by); /* along the ray, where nearness changes most */
+            const double r = least[l] * (1 + (i % 7) / 4.0) + way;
+            for (int k = 0; k < 3; k++) at[k] *= r, to[k] = at[k] - way * by[k];
+            ss_sky_project(f, at, on);
+            ss_sky_project(f, to, moved);
+            if (!(hypot(on[0], on[1]) < 2 * f->distance)) continue; /* beyond any map */
+            const double nearer =
+                ss_sky_nearness_at(f, ss_length(to)) - ss_sky_nearness_at(f, ss_length(at));
+            assert_true(fabs(nearer) <= SS_SKY_ROOM);
+            assert_true(hypot(moved[0] - on[0], moved[1] - on[1]) <= 1.001 * SS_SKY_ROOM);
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(has_the_samples_asked_for),
         cmocka_unit_test(measures_straight_cuts),
+        cmocka_unit_test(moves_points_no_farther_than_the_sky_has_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
