@@ -16,9 +16,12 @@ find . -name '*.gcda' -exec rm {} +
 tests=
 for room in ${COVERAGE_ROOMS:-unit property oracle abi cli}; do
     # The names as make knows them: programs and scripts.
-    tests="$tests $(printf '%s\n' ${ALL_TESTS} | grep "^tests/$room/" | tr '\n' ' ')"
+    # What counters export is no symbol of the library's.
+    tests="$tests $(printf '%s\n' ${ALL_TESTS} | grep "^tests/$room/" | grep -v abi/symbols | tr '\n' ' ')"
 done
 status=0
+# Where a test forbids to write, counters are lost, and must not complain where the test reads.
+export GCOV_ERROR_FILE=/dev/null
 make -s -k check TESTS="$tests" >check.log 2>&1 || status=1
 grep -E '^(FAIL|ERROR):' check.log || :
 "${PYTHON:-python3}" "$root/source/tests/coverage.py" "$root/source" .

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """--shard and --resume: parts make the whole, bit for bit, and only what is whole is skipped."""
 import os
+import random
 import re
 import signal
 import subprocess
@@ -91,6 +92,51 @@ class Resume(Case):
         self.assertEqual(self.get("o.raw"), self.get("whole.raw"))
         self.assertFalse(os.path.exists(self.path("o.raw.part")))
         self.bad(self.resume(), 0, "is whole, nothing to do")
+
+    def test_sixteen_shards_often_killed(self):
+        """Of the shards that run, three in ten are killed, wherever they are; then all are asked again."""
+        self.put("p.raw", raw(ground(6000)) * 30)
+        self.good(self.query("--samples", "2", self.path("p.raw"), "-o", self.path("whole.raw")))
+        chance, killed, rounds = random.Random(7), 0, 0
+        left = list(range(16))
+        while left:
+            doomed = [shard for shard in left if chance.random() < (0.3 if rounds < 5 else 0)]
+            for shard in left:
+                process = subprocess.Popen(
+                    [SOFTSHADOW, "query", self.mesh, "--light", LIGHT, "--method", method(), "-q",
+                     "--samples", "2", "--resume", self.path("p.raw"), "-o", self.path("o.raw"),
+                     "--shard", "%d/16" % shard])
+                if shard in doomed:
+                    time.sleep(chance.uniform(0, 0.03))
+                    process.kill()
+                if process.wait(120) == -signal.SIGKILL:
+                    killed += 1
+                elif shard not in doomed:
+                    self.assertEqual(process.returncode, 0)
+            left = doomed
+            rounds += 1
+        self.assertGreater(killed, 0)
+        self.assertEqual(self.get("o.raw"), self.get("whole.raw"))
+
+    def test_kills_leave_all_or_nothing(self):
+        """Whenever SIGKILL comes, there is no output, or it is whole."""
+        self.put("p.raw", raw(ground(6000)) * 10)
+        arguments = ("--samples", "2", self.path("p.raw"), "-o")
+        start = time.monotonic()
+        self.good(self.query(*arguments, self.path("whole.raw")))
+        took, chance, whole = time.monotonic() - start, random.Random(11), 0
+        for _ in range(200):
+            process = subprocess.Popen(
+                [SOFTSHADOW, "query", self.mesh, "--light", LIGHT, "--method", method(), *arguments,
+                 self.path("o.raw")])
+            time.sleep(chance.uniform(0, 1.2 * took))
+            process.kill()
+            process.wait(60)
+            if os.path.exists(self.path("o.raw")):
+                whole += 1
+                self.assertEqual(self.get("o.raw"), self.get("whole.raw"))
+                os.remove(self.path("o.raw"))
+        self.assertLess(whole, 200)
 
     def test_what_does_not_hash_is_done_again(self):
         self.points()

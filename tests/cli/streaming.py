@@ -51,7 +51,7 @@ class Streaming(Case):
 
     @unittest.skipIf(os.environ.get("SANITIZERS"), "a sanitizer's own memory would be measured")
     def test_memory_is_bounded(self):
-        """5 million points cost less than 300 MB more than one does."""
+        """5 million points cost less than 64 MiB more than one does."""
         def peak(path):
             code = ("import resource,subprocess,sys;"
                     "r=subprocess.run(sys.argv[1:]).returncode;"
@@ -69,7 +69,7 @@ class Streaming(Case):
                 file.write(block)
         many = peak(self.path("many.raw"))
         self.assertEqual(os.path.getsize(self.path("out.raw")), 4 * 5000000)
-        self.assertLess(many, one + 300 * MEBI)
+        self.assertLess(many, one + 64 * MEBI)
 
     @unittest.skipUnless(shutil.which("ldd"), "no ldd")
     def test_starts_light(self):
