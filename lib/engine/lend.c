@@ -19,9 +19,6 @@
  * 871,000 triangles without levels, 128 x 128 points, three fifths of it. */
 #define TRACED_TRIANGLES ((size_t)1 << 18)
 #define TRACED_SHARE     32 /* triangles a point that repays the tree */
-/* Under a narrow light rays tell, beside levels, what sees all of it or nothing: a fifth of the time is
- * saved on 202,000 triangles, three tenths on 871,000, and none on 48,000. */
-#define PROBED_TRIANGLES ((size_t)1 << 17)
 
 /* A sky takes some 4 ms and .6 us a triangle to make. Under the medium light it saves .14 us a point of
  * the bunny with coarser levels, .3 us of dragons and a million triangles: repaid by 4 points a triangle of the
@@ -131,11 +128,11 @@ static softshadow_status make_rays(softshadow *handle) {
     return SOFTSHADOW_OK;
 }
 
-/* Beside coarser levels rays are of use under narrow lights only. */
 static softshadow_status make_tracer(softshadow *handle, uint32_t light, ss_stage *stage) {
     ss_built *built = &handle->built;
     softshadow_status status = SOFTSHADOW_OK;
-    if (built->no_rays) return status;
+    if (!built->rays && !built->no_rays) status = make_rays(handle);
+    if (status || built->no_rays) return status;
     if (!built->tracers) built->tracers = ss_alloc(built->light_count, sizeof *built->tracers);
     if (!built->tracers) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
     if (!built->tracers[light]) {
@@ -143,10 +140,6 @@ static softshadow_status make_tracer(softshadow *handle, uint32_t light, ss_stag
         if (status) return status;
         add_bytes(built, ss_raytrace.bytes(built->tracers[light]));
     }
-    if (stage->lod && !ss_raytrace_is_narrow(stage, built->tracers[light])) return status;
-    if (!stage->lod && built->world->triangle_count < TRACED_TRIANGLES) return status;
-    if (!built->rays) status = make_rays(handle);
-    if (status || built->no_rays) return status;
     stage->rays = built->rays, stage->tracer = built->tracers[light];
     return SOFTSHADOW_OK;
 }
@@ -159,8 +152,7 @@ static bool levels_are_repaid(const ss_built *built, uint64_t points) {
 
 static bool rays_are_repaid(const ss_built *built, uint64_t points) {
     const size_t triangles = built->world->triangle_count;
-    const size_t least = levels_are_repaid(built, points) ? PROBED_TRIANGLES : TRACED_TRIANGLES;
-    if (!(built->plan.needs & SS_NEEDS_LOD) || triangles < least) return false;
+    if (!(built->plan.needs & SS_NEEDS_LOD) || triangles < TRACED_TRIANGLES) return false;
     return points >= triangles / TRACED_SHARE;
 }
 
@@ -204,7 +196,7 @@ static softshadow_status lend(softshadow *handle, uint32_t light, uint64_t point
         if (status) return status;
         if (built->lod_lights) stage->lod = built->lod_lights[light];
     }
-    if (!rays_are_repaid(built, points)) return SOFTSHADOW_OK;
+    if (stage->lod || !rays_are_repaid(built, points)) return SOFTSHADOW_OK;
     return make_tracer(handle, light, stage);
 }
 

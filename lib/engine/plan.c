@@ -58,8 +58,8 @@ static softshadow_status check_request(const softshadow_build *request) {
 }
 
 /* What "auto" stands for: the noise-free engine at as many samples as the tolerance needs, with
- * coarser levels of dense meshes where they are repaid (SS_NEEDS_LOD), under narrow lights after a packet
- * of rays, and where they are not with rays for those groups of points that rays answer faster. */
+ * coarser levels of dense meshes where they are repaid (SS_NEEDS_LOD), and where they are not with
+ * rays for those groups of points that rays answer faster. */
 #define AUTO "exact"
 /* Foliage of 2,000 leaves under a light of its own size has an RMS error of .0111 at 256 samples,
  * .0044 at 1024 and .0017 at 4096 (softshadow bench --scenes leaves-2k --lights object); .0120 leaves a
@@ -98,8 +98,7 @@ bool ss_plan_method(uint32_t index, softshadow_method *method) {
     method->title = "What meets the tolerance asked for in the least time (the default)";
     method->notes =
         "samples as the tolerance needs; coarser levels of dense meshes where they repay "
-        "their making, else rays for what takes longer; under narrow lights rays first; no rays "
-        "where bounds are asked for";
+        "their making, else rays for what takes longer, unless bounds are asked for";
     return true;
 }
 

@@ -291,24 +291,6 @@ static softshadow_status trace_group(scratch *s, const ss_point *points, unsigne
     return status;
 }
 
-/* Where the last group took less, a packet of rays for each point would hardly be repaid. */
-#define PROBED 10000 /* ns */
-
-/* Answers what sees all or nothing of a narrow light; the group's lanes become the others. */
-static void probe_group(scratch *s, const ss_point *points, float *out) {
-    ss_group *g = s->group;
-    ss_counts counts = {0};
-    uint32_t lit, dark;
-    ss_raytrace_probe(s->stage, s->stage->tracer, points, s->contact, g->lanes, &lit, &dark,
-                      &counts);
-    for (uint32_t m = lit | dark; m; m &= m - 1) {
-        const unsigned lane = (unsigned)__builtin_ctz(m);
-        out[lane] = lit >> lane & 1 ? 1 : 0;
-    }
-    s->traced += (uint64_t)__builtin_popcount(lit | dark), s->rays += counts.rays;
-    g->lanes &= ~(lit | dark);
-}
-
 /* Those that a step does not do take the next. */
 static softshadow_status answer_steps(scratch *s, const ss_point *points, unsigned step, float *out,
                                       unsigned taken[SS_LANES]) {
@@ -348,7 +330,6 @@ static softshadow_status answer_group(scratch *s, const ss_point *points, unsign
         const softshadow_status status = answer_direct(s, lane, &points[lane], &out[lane]);
         if (status) return status;
     }
-    if (s->probes && s->last >= PROBED) probe_group(s, points, out);
     if (!g->lanes) return SOFTSHADOW_OK;
     set_depths(s);
     if (s->rays_take && rays_are_faster(s)) return trace_group(s, points, n, out);
@@ -466,9 +447,7 @@ static softshadow_status exact_query(const ss_stage *stage, const void *state,
     if (!ss_exact_prepare(&s, stage, state, arena) || !ss_exact_measure(&s, points, n))
         return ss_fail(SOFTSHADOW_E_MEMORY, "exact: out of memory");
     /* Rays cannot certify a bound. */
-    s.probes = stage->tracer && stage->lod && !bound;
-    if (s.probes) s.last = PROBED;
-    else if (stage->tracer && !bound) s.rays_take = s.last = cost_of_rays(stage);
+    if (stage->tracer && !bound) s.rays_take = s.last = cost_of_rays(stage);
     const softshadow_status status = answer_run(&s, points, n, NULL, visibility, bound);
     if (status) return status;
     counts->settled += s.settled, counts->traced += s.traced, counts->rays += s.rays;

@@ -57,7 +57,6 @@ typedef struct scratch {
     uint32_t tried[SS_EXACT_STEPS], failed[SS_EXACT_STEPS];
     uint32_t last;        /* what the last group took, by ss_group_took(), ... */
     uint32_t rays_take;   /* ... and rays would, each group of points; 0: there are none */
-    bool probes; /* a packet of rays for each point of a group comes first */
     uint64_t traced, rays;
     double stray;    /* how far beside the casters a coarser scene may be seen: half-widths of the
                         light */

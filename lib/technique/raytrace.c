@@ -411,18 +411,6 @@ static bool has_normal(const ss_point *point) {
     return point->normal[0] != 0 || point->normal[1] != 0 || point->normal[2] != 0;
 }
 
-/* What rays need to know of a point that faces the light. */
-static void make_ready(eye *e) {
-    const ss_stage *stage = e->stage;
-    int exponent;
-    e->meets_near = !e->open && meets_any(e);
-    frexp(size_of(&e->view), &exponent);
-    e->factor = ldexp(1, -exponent);
-    e->coherent = is_coherent(e);
-    e->weighted =
-        stage->params->weighting != SOFTSHADOW_UNIFORM || stage->light->profile_count > 0;
-}
-
 static double look(eye *e, const ss_point *point, double *bound, ss_counts *counts) {
     const ss_stage *stage = e->stage;
     const bool uniform = stage->params->weighting == SOFTSHADOW_UNIFORM;
@@ -437,63 +425,13 @@ static double look(eye *e, const ss_point *point, double *bound, ss_counts *coun
         if (e->open) return 1;
         e->normal = NULL;
     }
-    make_ready(e);
+    e->meets_near = !e->open && meets_any(e);
+    int exponent;
+    frexp(size_of(&e->view), &exponent);
+    e->factor = ldexp(1, -exponent);
+    e->coherent = is_coherent(e);
+    e->weighted = !uniform || stage->light->profile_count > 0;
     return stage->light->point ? sharp(e, counts) : sampled(e, bound, counts);
-}
-
-/* ---- Narrow lights ---- */
-
-#define TAU 6.28318530717958647693
-#define RIM 11 /* of a packet's rays; the others are half way to the middle */
-
-bool ss_raytrace_is_narrow(const ss_stage *stage, const void *made) {
-    const state *self = made;
-    const ss_light *light = stage->light;
-    const double across = 2 * light->radius;
-    if (light->point || light->type == SOFTSHADOW_RECT) return false;
-    if (stage->params->weighting != SOFTSHADOW_UNIFORM || light->profile_count > 0) return false;
-    const double away = light->type == SOFTSHADOW_SUN ? 1 : ss_length(light->centre);
-    return away >= 1 && across / away <= self->widest;
-}
-
-/* The rim's are the corners of a polygon around the light: a straight edge that hides any of it hides one of
- * them. */
-static void set_probe(float s[PACKET], float t[PACKET]) {
-    const double corner = 1.001 / cos(TAU / RIM / 2);
-    for (int i = 0; i < PACKET; i++) {
-        const bool rim = i < RIM;
-        const double turn = rim ? i * (TAU / RIM) : (i - RIM) * (TAU / (PACKET - RIM));
-        const double radius = rim ? corner : 0.5;
-        s[i] = (float)(cos(turn) * radius), t[i] = (float)(sin(turn) * radius);
-    }
-}
-
-/* Does the point see all of the light, nothing, or neither for sure? */
-static sight probe(eye *e, const ss_point *point, const float s[PACKET], const float t[PACKET],
-                   ss_counts *counts) {
-    ss_light_view(e->stage->light, e->contact.p, &e->view);
-    if (e->view.inside || horizon(e, point) != ALL) return SOME;
-    e->normal = NULL;
-    make_ready(e);
-    const uint32_t out = hidden(e, s, t, 0xffff, counts);
-    return out == 0 ? ALL : out == 0xffff ? NONE : SOME;
-}
-
-void ss_raytrace_probe(const ss_stage *stage, const void *made, const ss_point *points,
-                       const ss_contact *contacts, uint32_t asked, uint32_t *lit, uint32_t *dark,
-                       ss_counts *counts) {
-    eye e = {.stage = stage, .state = made};
-    float s[PACKET], t[PACKET];
-    const unsigned saved = ss_fpu_flush_denormals();
-    set_probe(s, t);
-    *lit = *dark = 0;
-    for (; asked; asked &= asked - 1) {
-        const unsigned i = (unsigned)__builtin_ctz(asked);
-        e.contact = contacts[i];
-        const sight seen = probe(&e, &points[i], s, t, counts);
-        *lit |= (uint32_t)(seen == ALL) << i, *dark |= (uint32_t)(seen == NONE) << i;
-    }
-    ss_fpu_restore_denormals(saved);
 }
 
 /* ---- The technique ---- */

@@ -225,50 +225,6 @@ static void traces_what_is_too_dense(void **state) {
     free_place(p);
 }
 
-/* Rays tell what sees all or nothing of a light no wider than a few triangles, also beside levels; the
- * same for any number of threads, and never where a bound is asked for. */
-static void probes_narrow_lights(void **state) {
-    const double tolerance = 1.0 / 256;
-    (void)state;
-    place *p = make_place(7);
-    for (int light = 0; light < 2; light++) {
-        ask truth = ask_place(p, "exact", 0, 0);
-        truth.light = light ? scene_sun_light(-0.5, 0.3, -1, 0.02)
-                            : scene_sphere_light(1.5, -1, 4, 0.05);
-        truth.build.samples = 8192;
-        ask_do(&truth);
-        ask one = ask_place(p, "auto", 0, AHEAD);
-        one.light = truth.light, one.build.tolerance = tolerance;
-        ask two = one, bounded = one;
-        one.unbounded = two.unbounded = true;
-        one.options.threads = 1, two.options.threads = 2;
-        ask_do(&one);
-        ask_do(&two);
-        ask_do(&bounded);
-        ask_same_bits(one.visibility, two.visibility, N, "threads, with probes");
-        double sum = 0;
-        size_t n = 0;
-        for (int i = 0; i < N; i++) {
-            const double v = truth.visibility[i], e = fabs(one.visibility[i] - v);
-            CHECK(e <= 0.1, "light %d, point %d: off by %g", light, i, e);
-            if (v > 0 && v < 1) sum += e * e, n++;
-        }
-        const double rms = sqrt(sum / (double)n);
-        print_message("           light %d: %d of %d probed, RMS %.5f of %zu in penumbra\n", light,
-                      (int)one.stats.points_traced, N, rms, n);
-        CHECK(n >= 20 && rms <= tolerance, "light %d: RMS %g", light, rms);
-        CHECK(one.stats.lod_triangles > 0, "light %d: no levels", light);
-        CHECK(one.stats.points_traced > 0 && one.stats.rays >= 16 * one.stats.points_traced,
-              "light %d: no rays", light);
-        CHECK(bounded.stats.rays == 0, "rays cannot certify a bound");
-        ask_free(&truth);
-        ask_free(&one);
-        ask_free(&two);
-        ask_free(&bounded);
-    }
-    free_place(p);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stays_within_tolerance_and_bound),
@@ -277,7 +233,6 @@ int main(void) {
         cmocka_unit_test(follow_the_light),
         cmocka_unit_test(tell_of_their_making),
         cmocka_unit_test(traces_what_is_too_dense),
-        cmocka_unit_test(probes_narrow_lights),
     };
     return cmocka_run_group_tests_name("levels", tests, NULL, NULL);
 }
