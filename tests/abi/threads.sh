@@ -10,7 +10,7 @@ cd threads/build
 [ -f config.status ] || "$root/source/configure" -q --enable-sanitizers=thread
 make -s -j"$(nproc)" libsoftshadow.la
 failed=0
-for test in abi/handles abi/threadless; do
+for test in abi/handles abi/threadless stress/crowd; do
     make -s "tests/$test"
     if TSAN_OPTIONS="suppressions=$root/source/tests/abi/threads.supp exitcode=66" "./tests/$test" \
         >"$(basename "$test").log" 2>&1; then
