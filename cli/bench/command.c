@@ -255,7 +255,8 @@ static bool all_scenes(request *r, char *const *files, int count, cli_error *err
     bench_scene scene;
     char models[512];
     if (!r->models && default_models(models)) r->models = models;
-    if (!report_open(&r->report, &r->options, r->peer ? r->csv : NULL, r->peer ? r->times : NULL, error))
+    if (!report_open(&r->report, &r->options, r->peer ? r->csv : NULL, r->peer ? r->times : NULL,
+                     error))
         return false;
     bool fine = true;
     if (count) {
@@ -315,7 +316,8 @@ static void complete(request *r, int files) {
     o->automatic = true;
     if (m->pictures) o->truth_points = UINT32_MAX, m->one_setting = true;
     if (!o->side) o->side = m->pictures ? 192 : o->quick && is_matrix(r) ? 256 : 512;
-    if (!o->truth_points) o->truth_points = r->sweep_count ? 1024 : o->quick && is_matrix(r) ? 2048 : 4096;
+    if (!o->truth_points)
+        o->truth_points = r->sweep_count ? 1024 : o->quick && is_matrix(r) ? 2048 : 4096;
     if (!o->truth_samples) o->truth_samples = m->pictures ? 2048 : 16384;
     if (!m->methods && !m->peer) m->methods = UINT64_MAX, m->peer = true;
     m->egl = r->backend == EVERYWHERE;

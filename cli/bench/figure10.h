@@ -4,7 +4,8 @@
 
 #include "../error.h"
 
-/* The table on stdout; figure10.csv and a picture a row into the folder, which is made if need be. */
+/* The table on stdout; figure10.csv and a picture a row into the folder, which is made if need
+ * be. */
 bool bench_figure10(const char *folder, cli_error *error);
 
 #endif

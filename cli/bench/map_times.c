@@ -1,4 +1,5 @@
-/* softshadow bench --map-times: what maps cost, part by part, and against what it is to be judged. */
+/* softshadow bench --map-times: what maps cost, part by part, and against what it is to be
+ * judged. */
 #include "map_times.h"
 
 #include <math.h>
@@ -126,8 +127,8 @@ static bool all_methods(timing *t, const char *list) {
 
 /* ---- The parts ------------------------------------------------------------------------------*/
 
-/* The directions of the depth map's texels from the light's centre: map[0] - x map[3] and map[1] - y
- * map[3] are planes through it, and the direction is along both. */
+/* The directions of the depth map's texels from the light's centre: map[0] - x map[3] and map[1] -
+ * y map[3] are planes through it, and the direction is along both. */
 static void find_rays(const softshadow_map *map, peer_rays *rays) {
     const double *m = map->matrix;
     for (int k = 0; k < 3; k++) {

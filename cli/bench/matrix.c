@@ -61,7 +61,8 @@ typedef struct settings {
     uint32_t usual, most, quick_most;
 } settings;
 
-/* What maps of 4096 texels gain, the sweep over resolutions shows: they take as long as all others. */
+/* What maps of 4096 texels gain, the sweep over resolutions shows: they take as long as all
+ * others. */
 static const settings texels = {"texels", {256, 512, 1024, 2048, 4096}, 1024, 2048, 1024};
 static const settings of_exact = {"samples", {256, 512, 1024, 2048, 4096}, 512, 4096, 4096};
 static const settings of_rays = {"rays", {16, 64, 256, 1024, 4096}, 256, 4096, 1024};

@@ -44,8 +44,8 @@ uint64_t peer_bytes(const peer *peer);
 uint32_t peer_first_hit(const peer *peer, const double origin[3], const double direction[3],
                         double *distance);
 
-/* A picture of side x side rays from one place: through texel (x, y), in -1..1, goes middle + x * x[] +
- * y * y[]. */
+/* A picture of side x side rays from one place: through texel (x, y), in -1..1, goes middle + x *
+ * x[] + y * y[]. */
 typedef struct peer_rays {
     double origin[3], middle[3], x[3], y[3];
     uint32_t side; /* a multiple of 4 */

@@ -1,5 +1,6 @@
 /* softshadow bench --pictures DIR: what the camera sees, and how far each method is from it there.
- * Where there is no error a picture is the shadow in dark grey; blue: too dark, orange: too light. */
+ * Where there is no error a picture is the shadow in dark grey; blue: too dark, orange: too
+ * light. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>

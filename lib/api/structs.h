@@ -7,8 +7,9 @@
 
 #include "softshadow.h"
 
-/* Copies a struct given by the host into ours (`size` bytes, zeroed first). `name` is the argument's,
- * `least` its size in 1.0. A larger one is taken where all that we do not know is zero. */
+/* Copies a struct given by the host into ours (`size` bytes, zeroed first). `name` is the
+ * argument's, `least` its size in 1.0. A larger one is taken where all that we do not know is
+ * zero. */
 softshadow_status ss_struct_in(const char *name, const void *given, void *ours, size_t size,
                                size_t least);
 /* Is there a struct, and is it as large as it was in 1.0? Sets no message. */

@@ -1,5 +1,6 @@
-/* Which instruction sets may be used: what the machine has, capped by SOFTSHADOW_CPU=scalar|avx2|avx512
- * so that tests can force every rung. Every rung gives the same bits. */
+/* Which instruction sets may be used: what the machine has, capped by
+ * SOFTSHADOW_CPU=scalar|avx2|avx512 so that tests can force every rung. Every rung gives the same
+ * bits. */
 #ifndef SS_BASE_CPU_H
 #define SS_BASE_CPU_H
 

@@ -1,4 +1,5 @@
-/* The floating-point mode. Inside: round to nearest, no traps, denormals kept. Outside: the host's. */
+/* The floating-point mode. Inside: round to nearest, no traps, denormals kept. Outside: the
+ * host's. */
 #ifndef SS_BASE_FPU_H
 #define SS_BASE_FPU_H
 

@@ -7,7 +7,8 @@
 #include <sys/mman.h>
 
 #define ALIGNMENT 64
-/* What is looked up all over the place, such as maps, asks for pages that the processor finds at once. */
+/* What is looked up all over the place, such as maps, asks for pages that the processor finds at
+ * once. */
 #define HUGE_PAGE ((size_t)2 << 20)
 #define LARGE     (2 * HUGE_PAGE)
 #define BLOCK ((size_t)256 << 10)

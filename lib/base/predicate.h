@@ -17,8 +17,8 @@ int ss_orient3d_towards(const double a[3], const double b[3], const double c[3],
 /* Do the three lie on one line (or two of them in one place)? */
 bool ss_collinear(const double a[3], const double b[3], const double c[3]);
 
-/* Rounding errors of d . (a x b), with room: seven of the sum of its products' sizes, of which there
- * are two for each number of d. */
+/* Rounding errors of d . (a x b), with room: seven of the sum of its products' sizes, of which
+ * there are two for each number of d. */
 static inline double ss_side_limit(double size, const double d[3]) {
     const double products = size * size * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
     return products > 1e-280 ? 0x1p-49 * products : INFINITY; /* else they may have underflowed */
@@ -26,11 +26,13 @@ static inline double ss_side_limit(double size, const double d[3]) {
 
 double ss_side_exact(const double d[3], const double a[3], const double b[3], double rounded);
 
-/* d . (a x b): on which side of the edge a b the segment from the origin along d passes, with a sign
- * that is never wrong: whatever faces share edges and corners, no segment passes between them. Rounding
- * alone keeps neighbours from disagreeing about an edge, but not the faces around a corner.
+/* d . (a x b): on which side of the edge a b the segment from the origin along d passes, with a
+ * sign that is never wrong: whatever faces share edges and corners, no segment passes between them.
+ * Rounding alone keeps neighbours from disagreeing about an edge, but not the faces around a
+ * corner.
  *   limit  ss_side_limit() of the largest number in a and b */
-static inline double ss_side(const double d[3], const double a[3], const double b[3], double limit) {
+static inline double ss_side(const double d[3], const double a[3], const double b[3],
+                             double limit) {
     double moment[3];
     ss_cross(a, b, moment);
     const double side = ss_dot(d, moment);

@@ -1,6 +1,7 @@
-/* Sixteen floats at once as four fours, in as many registers as they take: for kernels that are compiled
- * for each rung (cpu.h). A wide holds SS_FOURS of the fours, SS_PARTS wides hold all. Results go through
- * pointers: returned, such vectors have one ABI with AVX-512 and another without. */
+/* Sixteen floats at once as four fours, in as many registers as they take: for kernels that are
+ * compiled for each rung (cpu.h). A wide holds SS_FOURS of the fours, SS_PARTS wides hold all.
+ * Results go through pointers: returned, such vectors have one ABI with AVX-512 and another
+ * without. */
 #ifndef SS_BASE_WIDE_H
 #define SS_BASE_WIDE_H
 

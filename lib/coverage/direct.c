@@ -1,5 +1,5 @@
-/* based on: edge functions of Pluecker's kind (Woop et al. 2013), here in double and with signs that
- * are never wrong. */
+/* based on: edge functions of Pluecker's kind (Woop et al. 2013), here in double and with signs
+ * that are never wrong. */
 #include "coverage/direct.h"
 
 #include <math.h>
@@ -11,7 +11,8 @@ void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, 
     ss_world_triangle(world, triangle, direct->corner);
     for (int i = 0; i < 3; i++) ss_sub(direct->corner[i], p, direct->corner[i]);
     direct->size = 0;
-    for (int i = 0; i < 9; i++) direct->size = fmax(direct->size, fabs(direct->corner[i / 3][i % 3]));
+    for (int i = 0; i < 9; i++)
+        direct->size = fmax(direct->size, fabs(direct->corner[i / 3][i % 3]));
     direct->triangle = triangle;
 }
 

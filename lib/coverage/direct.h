@@ -18,7 +18,8 @@ typedef struct ss_direct {
 void ss_direct_set(ss_direct *direct, const ss_world *world, uint32_t triangle, const double p[3]);
 
 /* Does the triangle block the segment from the point along d, 0 < t < t_end? No segment passes
- * between faces that share an edge or a corner. Where the triangle is opacity-tested, what the texture says there. */
+ * between faces that share an edge or a corner. Where the triangle is opacity-tested, what the
+ * texture says there. */
 bool ss_direct_blocks(const ss_direct *direct, const ss_world *world, const double d[3],
                       double t_end);
 

@@ -66,9 +66,9 @@ static bool plane_through(const double along[3], const double to[3], double norm
 #define SPARE 0x1p-10 /* of the room between the two planes below */
 #define NEAR  0x1p-18 /* of lengths: more than floats' rounding takes, so that nothing is drawn */
 
-/* Of all planes through the edge, the one through the box's middle has the box half on each side, the
- * one through the light's has the light so. Between them is one that leaves both bodies whole, if
- * there is room for what they need: shares `box` and `lamp` of the way. */
+/* Of all planes through the edge, the one through the box's middle has the box half on each side,
+ * the one through the light's has the light so. Between them is one that leaves both bodies whole,
+ * if there is room for what they need: shares `box` and `lamp` of the way. */
 static bool edge_divides(const ss_light *light, const double corner[3][3], int edge,
                          const double low[3], const double high[3]) {
     const double *a = corner[edge], *b = corner[(edge + 1) % 3], *c = corner[(edge + 2) % 3];

@@ -1,4 +1,5 @@
-/* A fused multiplication and addition without the instruction, for lanes_scalar.h and lanes_sse2.h. */
+/* A fused multiplication and addition without the instruction, for lanes_scalar.h and
+ * lanes_sse2.h. */
 #ifndef SS_COVERAGE_FMA_ONCE_H
 #define SS_COVERAGE_FMA_ONCE_H
 

@@ -26,12 +26,13 @@
 #define SS_NO_KEY           UINT32_MAX
 #define SS_GROUP_WALK_BYTES 32768 /* scratch of a kernel */
 /* Floats reach this near a point's own plane, and the light's, in local units: above the rounding
- * of t for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's business. */
+ * of t for vertices in [-1, 1], below SS_NEAR, so that faces at the point are contact's
+ * business. */
 #define SS_FLOAT_REACH 0x1p-20
 
-/* A stretch of t, and the scene that stands for the casters there. It begins at t_near, lane by lane:
- * what is nearer is cut off, as a surface would else shadow points on itself. It may go on for
- * longer than it has to: what two slabs draw is hidden once. */
+/* A stretch of t, and the scene that stands for the casters there. It begins at t_near, lane by
+ * lane: what is nearer is cut off, as a surface would else shadow points on itself. It may go on
+ * for longer than it has to: what two slabs draw is hidden once. */
 typedef struct ss_slab {
     _Alignas(64) float t_near[SS_LANES], t_far[SS_LANES]; /* casters count between them */
     float t_safe, t_beyond; /* between them nothing is clipped or too near to any lane */
@@ -100,8 +101,8 @@ typedef struct ss_group {
 /* Points, and the light as they see it, with the axes of all but `at` in summing order. */
 typedef struct ss_group_views {
     _Alignas(64) double at[3][SS_LANES]; /* in the world's axes; lanes without a point copy another */
-    /* s t, t t and t of p + t (c + s a + t b): the inverse of (a, b, c), but for spheres, where a and
-     * b are orthogonal to c and these are a / a^2, b / b^2, c / c^2. */
+    /* s t, t t and t of p + t (c + s a + t b): the inverse of (a, b, c), but for spheres, where a
+     * and b are orthogonal to c and these are a / a^2, b / b^2, c / c^2. */
     double row[3][3][SS_LANES];
     double t_end[SS_LANES];
     uint32_t inside, edge_on; /* lanes: as in ss_view */

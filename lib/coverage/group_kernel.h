@@ -252,8 +252,8 @@ static inline uint32_t visit_node(walk *w, uint32_t index, uint32_t *stack) {
     return depth;
 }
 
-/* Of the samples that are seen the weight, and how many samples differ from the next in their row, or
- * column within a block: how long the rims of what is covered are, in cells. */
+/* Of the samples that are seen the weight, and how many samples differ from the next in their row,
+ * or column within a block: how long the rims of what is covered are, in cells. */
 static inline void count_samples(ss_group *g, uint32_t blocks, unsigned lane) {
     _Alignas(64) static const uint32_t within[SS_BLOCK] = {
         ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, 0};

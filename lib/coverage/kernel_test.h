@@ -145,8 +145,8 @@ static inline sides child_sides(const ss_group *g, const ss_outline_node *o) {
     return s;
 }
 
-/* The planes of a leaf's faces: what is at `middle` + x is n . x + at before one, but for slack; and the
- * slots that are in nobody's way for points that see their front, or back. */
+/* The planes of a leaf's faces: what is at `middle` + x is n . x + at before one, but for slack;
+ * and the slots that are in nobody's way for points that see their front, or back. */
 typedef struct planes {
     _Alignas(64) float n[3][SS_BVH_WIDTH], at[SS_BVH_WIDTH], slack[SS_BVH_WIDTH];
     uint32_t front, back;

@@ -1,6 +1,6 @@
 /* Sixteen points' views of a light as projective maps (group.h), in double. Plain loops that the
- * compiler turns into whatever registers there are: sums, products, quotients and roots only, in one
- * order, so that every instruction set gets the same bits. */
+ * compiler turns into whatever registers there are: sums, products, quotients and roots only, in
+ * one order, so that every instruction set gets the same bits. */
 #ifndef SS_COVERAGE_KERNEL_VIEW_H
 #define SS_COVERAGE_KERNEL_VIEW_H
 
@@ -69,7 +69,8 @@ static inline void rows_of_flat(const ss_group *g, const ss_light *light, ss_gro
     for (int i = 0; i < SS_LANES && !sun; i++) v->edge_on |= (uint32_t)!(above[i] > 0) << i;
 }
 
-/* From the light's coordinates to the grid's, and to float. Gives the lanes where floats will do. */
+/* From the light's coordinates to the grid's, and to float. Gives the lanes where floats will
+ * do. */
 static inline uint32_t set_maps(ss_group *g, const ss_group_views *v) {
     const double(*grid)[3] = (const double(*)[3])g->lattice->grid;
     _Alignas(64) double spare[SS_LANES];

@@ -1,11 +1,12 @@
 /* Sixteen lanes in plain C. What lanes_sse2.h, lanes_avx2.h and lanes_avx512.h do with vector
  * registers, bit for bit: vf  sixteen floats     vi  sixteen 32-bit words     vm  a truth value for
  * each lane f_fma rounds once. f_min and f_max give b when either is NaN, as the instructions do.
- * f_blend gives b where m is true. f_invert gives 1 / a. i_columns_from gives the bits trunc(u) .. 31
- * in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32. i_columns_pair gives
- * those of u and of u - 32. lane_bits gives bit `lane` of sixty-four numbers. i_halve shifts each word
- * by one bit, i_next gives each the word after it, the last the first. i_count adds to counters the
- * number of ones << shift, and i_total sums these counters up; how many of them there are differs. */
+ * f_blend gives b where m is true. f_invert gives 1 / a. i_columns_from gives the bits trunc(u) ..
+ * 31 in rows where `rows` is true, all of them for u <= 0 or NaN, none for u >= 32. i_columns_pair
+ * gives those of u and of u - 32. lane_bits gives bit `lane` of sixty-four numbers. i_halve shifts
+ * each word by one bit, i_next gives each the word after it, the last the first. i_count adds to
+ * counters the number of ones << shift, and i_total sums these counters up; how many of them there
+ * are differs. */
 #ifndef SS_COVERAGE_LANES_H
 #define SS_COVERAGE_LANES_H
 

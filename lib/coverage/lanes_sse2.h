@@ -41,8 +41,8 @@ static inline vf f_abs(vf a) { EACH(vf, _mm_andnot_ps(_mm_set1_ps(-0.0f), a.q[i]
 static inline vf f_sqrt(vf a) { EACH(vf, _mm_sqrt_ps(a.q[i])); }
 
 /* Lanes of which fma_once() may not take the sums in double as they are: see there. Their low words
- * tell sums in the middle between two floats; what rounds to less than 2^-120, but not to 0, is small:
- * sums below that have so few digits that doubles hold them. */
+ * tell sums in the middle between two floats; what rounds to less than 2^-120, but not to 0, is
+ * small: sums below that have so few digits that doubles hold them. */
 static inline __m128i unsure(__m128d low, __m128d high, __m128 sum) {
     const __m128i bits = to_i(_mm_shuffle_ps(_mm_castpd_ps(low), _mm_castpd_ps(high),
                                              _MM_SHUFFLE(2, 0, 2, 0)));

@@ -1,16 +1,16 @@
-/* What plates hide from sixteen points at once, for each instruction set: include lanes_*.h and define
- * RUNG first. Sums and products are rounded apart (f_fma is slow in plain C, and would not be the same
- * as both).
+/* What plates hide from sixteen points at once, for each instruction set: include lanes_*.h and
+ * define RUNG first. Sums and products are rounded apart (f_fma is slow in plain C, and would not
+ * be the same as both).
  *
- * Around the light's middle, in its own units, a plate is a polygon and the light a disk, say. An edge is
- * at distance h of the middle, along a line from s = a to b, of which the disk has the part from c to d =
- * a, b within +-sqrt(1 - h^2). To the polygon's area on the disk it adds
+ * Around the light's middle, in its own units, a plate is a polygon and the light a disk, say. An
+ * edge is at distance h of the middle, along a line from s = a to b, of which the disk has the part
+ * from c to d = a, b within +-sqrt(1 - h^2). To the polygon's area on the disk it adds
  *     h (d - c) / 2 + angle(a, c) / 2 + angle(d, b) / 2,
- * the triangle between the middle and that part, and sectors for what is outside. There, ends are at 1 or
- * farther from the middle: no angle is ever that of a short vector. All angles are summed as one product
- * of complex numbers, so that there is one arc tangent a polygon. Lines come from the corners' homogeneous
- * coordinates, so that a corner behind the point is no more than an edge's end at infinity. For a square
- * the area is an integral over rows, edge by edge. */
+ * the triangle between the middle and that part, and sectors for what is outside. There, ends are
+ * at 1 or farther from the middle: no angle is ever that of a short vector. All angles are summed
+ * as one product of complex numbers, so that there is one arc tangent a polygon. Lines come from
+ * the corners' homogeneous coordinates, so that a corner behind the point is no more than an edge's
+ * end at infinity. For a square the area is an integral over rows, edge by edge. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -19,8 +19,9 @@
 #include "trace/contact.h"
 
 #define LANES  16
-/* Of the light's radius: drawing never sees what is that far beside it. A sixteenth of this would make
- * lit points a fifth cheaper, but views in floats are off by more than that where a corner is near. */
+/* Of the light's radius: drawing never sees what is that far beside it. A sixteenth of this would
+ * make lit points a fifth cheaper, but views in floats are off by more than that where a corner is
+ * near. */
 #define SPARE  0x1p-5
 #define FINE   0x1p-21f   /* of lengths: what floats and their sums are off by */
 #define ROUND  0x1p-17f   /* of an area, likewise */
@@ -132,8 +133,9 @@ static inline vm is_over(const ss_plates *l, const ss_plate *plate, const eye *e
     return m_and(high, f_le(least, f_mul(height, f_add(way, lowest))));
 }
 
-/* Lanes from which a ball around the plate is beside the cone from the point to a ball around the light:
- * its middle is g of the way along, and farther from the axis than the cone there and the ball reach. */
+/* Lanes from which a ball around the plate is beside the cone from the point to a ball around the
+ * light: its middle is g of the way along, and farther from the axis than the cone there and the
+ * ball reach. */
 static inline vm is_beside(const ss_plates *l, const ss_plate *plate, const eye *e) {
     vf m[3];
     for (int k = 0; k < 3; k++) m[k] = f_sub(f_set(plate->middle[k]), e->p[k]);
@@ -175,7 +177,8 @@ static inline void see(const ss_plates *l, const ss_plate *plate, const double *
     vf first = f_set(1e30f), last = f_set(-1e30f);
     vm any = m_from(0);
     const vf near = f_div(e->slant, e->length), fine = f_mul(f_set(FINE), e->slant);
-    /* What y is off by, times the axes; and these, which are those of a light as far off as it is. */
+    /* What y is off by, times the axes; and these, which are those of a light as far off as it
+     * is. */
     const vf of_way = f_mul(fine, f_add(e->steep, near)),
              of_axes = f_mul(fine, f_add(f_mul(f_set(l->far), near), f_set(1)));
     o->corners = plate->corners;
@@ -197,8 +200,8 @@ static inline void see(const ss_plates *l, const ss_plate *plate, const double *
     o->mixed = m_bits(any) & lanes;
 }
 
-/* Lanes where all corners are beyond one side of a square around the light: whether they are behind or not,
- * whatever is between them is so, too. */
+/* Lanes where all corners are beyond one side of a square around the light: whether they are behind
+ * or not, whatever is between them is so, too. */
 static inline vm is_aside(const outline *o, float reach) {
     vm left = m_from(0xffff), right = left, below = left, above = left;
     for (uint32_t c = 0; c < o->corners; c++) {
@@ -210,8 +213,9 @@ static inline vm is_aside(const outline *o, float reach) {
     return m_or(m_or(left, right), m_or(below, above));
 }
 
-/* The edge from corner c on, as a line at distance h of the light's middle, on whose left the middle is if
- * h > 0, from `begin` to `end` along the unit vector (x, y), of which it is near from `from` to `to`. */
+/* The edge from corner c on, as a line at distance h of the light's middle, on whose left the
+ * middle is if h > 0, from `begin` to `end` along the unit vector (x, y), of which it is near from
+ * `from` to `to`. */
 typedef struct side {
     vf x, y, h, begin, end, from, to;
     vm none; /* both ends are behind */
@@ -260,7 +264,8 @@ static inline vm faces_back(const outline *o) {
 }
 
 /* Lanes where the outline has the light's middle inside, and where something of it is near. */
-static inline void place_outline(const outline *o, const side *sides, vm back, vm *inside, vm *near) {
+static inline void place_outline(const outline *o, const side *sides, vm back, vm *inside,
+                                 vm *near) {
     vm left = m_from(0xffff), right = left;
     const vf zero = f_set(0);
     *near = m_from(0);
@@ -300,7 +305,8 @@ static inline turn times(turn a, turn b) {
     return (turn){f_sub(f_mul(a.x, b.x), f_mul(a.y, b.y)), f_add(f_mul(a.x, b.y), f_mul(a.y, b.x))};
 }
 
-/* Between two places on a line: outside the disk the product is 1 or more, and inside nothing is asked. */
+/* Between two places on a line: outside the disk the product is 1 or more, and inside nothing is
+ * asked. */
 static inline turn turn_between(vf h, vf at, vf to) {
     const vf ahead = f_add(f_mul(h, h), f_mul(at, to));
     return (turn){f_max(ahead, f_set(0.5f)), f_mul(h, f_sub(to, at))};
@@ -324,8 +330,8 @@ static inline turn turn_of(const outline *o, uint32_t c, const side *s) {
     return o->mixed ? pick(s->none, all, (turn){f_set(1), f_set(0)}) : all;
 }
 
-/* Where an edge leaves for infinity and the next comes from there: the way between is as one that leaves
- * for the first axis, and one that comes from it. */
+/* Where an edge leaves for infinity and the next comes from there: the way between is as one that
+ * leaves for the first axis, and one that comes from it. */
 static inline turn turn_around(const outline *o, uint32_t c, const side *s) {
     const turn one = {f_set(1), f_set(0)};
     const vf zero = f_set(0);
@@ -335,9 +341,9 @@ static inline turn turn_around(const outline *o, uint32_t c, const side *s) {
                  pick(to, one, (turn){s->x, f_sub(zero, s->y)}));
 }
 
-/* The share of the disk that the outline covers. The angles' sum is how much of the rim is inside the
- * outline. That it is a whole turn or nearly, not none, shows by one of the edges around the middle having
- * more than 31 degrees of it. */
+/* The share of the disk that the outline covers. The angles' sum is how much of the rim is inside
+ * the outline. That it is a whole turn or nearly, not none, shows by one of the edges around the
+ * middle having more than 31 degrees of it. */
 static inline vf disk_share(const outline *o, const side *sides, vm back, vm inside) {
     turn all = {f_set(1), f_set(0)};
     vf flat = f_set(0);

@@ -1,27 +1,30 @@
 /* What hides something of a light, as a map of the nearness beyond which nothing is hidden.
  *
- * For a light in a ball of radius R around c, say a caster's point X is in the hull of p and the ball
- * but not in the ball. The line through p and X then passes c at R at most: with the angle w between
- * X - c and p - c, and a = 1 / |X - c| >= b = 1 / |p - c|,
+ * For a light in a ball of radius R around c, say a caster's point X is in the hull of p and the
+ * ball but not in the ball. The line through p and X then passes c at R at most: with the angle w
+ * between X - c and p - c, and a = 1 / |X - c| >= b = 1 / |p - c|,
  *     sin w <= R |p - X| a b,  |p - X|^2 a^2 b^2 = (a - b)^2 + 4 a b sin^2(w/2),
- * so that 4 sin^2(w/2) (1 - sin^2(w/2) - a b R^2) <= R^2 (a - b)^2. The bracket is at least 1 - k with
- * k = (a R)^2, as long as k <= 1/2: it is where b = a, and no less for smaller b, because
+ * so that 4 sin^2(w/2) (1 - sin^2(w/2) - a b R^2) <= R^2 (a - b)^2. The bracket is at least 1 - k
+ * with k = (a R)^2, as long as k <= 1/2: it is where b = a, and no less for smaller b, because
  * sin^2(w/2) <= R^2 (a - b)^2 / 4 / bracket grows by less than a b R^2 falls. Hence
  *     2 sin(w/2) <= R (a - b) / sqrt(1 - k).
- * On the stereographic plane, lengths in units of D, two directions w apart are 2 sin(w/2) sqrt((1 +
- * u^2/4) (1 + v^2/4)) apart, u and v their own distances from its middle. So p is hidden by X only if
+ * On the stereographic plane, lengths in units of D, two directions w apart are
+ *     2 sin(w/2) sqrt((1 + u^2/4) (1 + v^2/4))
+ * apart, u and v their own distances from its middle. So p is hidden by X only if
  *     distance on the plane <= width (nearness of X - nearness of p),
  *     width = R / D / sqrt(1 - k) (1 + T^2/4), T the largest of u, v;
- * under a sun the same holds, with width = tan(angle), of plain distances. Turned round: p is lit if its
- * nearness is above  max over X of (nearness of X - distance / width), and that is what the map
- * holds: casters are drawn into it by their largest nearness in each texel, and then each texel looks
- * at all others by a chamfer distance that is nowhere more than the true one [Bor86].
+ * under a sun the same holds, with width = tan(angle), of plain distances. Turned round: p is lit
+ * if its nearness is above
+ *     max over X of (nearness of X - distance / width),
+ * and that is what the map holds: casters are drawn into it by their largest nearness in each
+ * texel, and then each texel looks at all others by a chamfer distance that is nowhere more than
+ * the true one [Bor86].
  *
  * Texels are squares: two points in them are nearer to each other than the texels' middles by up to
- * sqrt 2 texels, which is taken off all distances: each texel first takes what its neighbours have. (No
- * more: what is no nearer to the light than p does not hide it, however close by.) What floats and
- * contact move, points and casters, is less than ROOM. SPARE is for whoever draws: what is this far
- * beside the light cannot cover a sample of it by rounding either. */
+ * sqrt 2 texels, which is taken off all distances: each texel first takes what its neighbours have.
+ * (No more: what is no nearer to the light than p does not hide it, however close by.) What floats
+ * and contact move, points and casters, is less than ROOM. SPARE is for whoever draws: what is this
+ * far beside the light cannot cover a sample of it by rounding either. */
 #include "coverage/sky.h"
 
 #include <float.h>
@@ -42,8 +45,8 @@
 #define SMALL   4        /* texels: boxes no wider are drawn whole */
 #define LARGE   0.03125  /* area of a face that is worth a map of its own, local units */
 
-/* Weights of the steps (1, 0), (1, 1) and (2, 1): of all polygons around the unit circle whose corners
- * are in these directions the one that is nearest to it. */
+/* Weights of the steps (1, 0), (1, 1) and (2, 1): of all polygons around the unit circle whose
+ * corners are in these directions the one that is nearest to it. */
 #define STEP_SIDE   0.97325
 #define STEP_CORNER 1.40851
 #define STEP_KNIGHT 2.17627
@@ -232,7 +235,8 @@ void ss_sky_shape_make(const ss_sky_frame *f, const double world[3][3], ss_sky_s
     set_plane(f, (const double(*)[3])corner, out);
 }
 
-/* Texel by texel: a face may touch those whose middle is at most half a diagonal outside each line. */
+/* Texel by texel: a face may touch those whose middle is at most half a diagonal outside each
+ * line. */
 static void fill_face(const canvas *c, const ss_sky_shape *face, const ss_sky_span *s) {
     const ss_sky_frame *f = c->f;
     const double unit = f->sun ? 1 : f->distance, reach = f->texel / unit * 0.7072 + ROOM / unit;
@@ -336,8 +340,8 @@ static void from_rows(float *row, const float *near, const float *far, ptrdiff_t
     }
 }
 
-/* One of the two passes: rows in order, each from the two before it, then along itself. `rows`: three
- * padded rows of scratch. */
+/* One of the two passes: rows in order, each from the two before it, then along itself. `rows`:
+ * three padded rows of scratch. */
 static void pass(float *map, uint32_t width, uint32_t height, bool back, steps by, float *rows) {
     const size_t pitch = width + 4;
     for (size_t i = 0; i < 3 * pitch; i++) rows[i] = -FLT_MAX;

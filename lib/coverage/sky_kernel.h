@@ -24,7 +24,8 @@ static inline ss_doubles root(ss_doubles a) {
 #endif
 }
 
-/* As floor.h's: over the face, or so little below that the face is touched where it could be met. */
+/* As floor.h's: over the face, or so little below that the face is touched where it could be
+ * met. */
 static inline ss_doubles_mask is_over(const ss_sky *sky, const ss_doubles p[3], double ulp) {
     ss_doubles square = {0};
     for (int k = 0; k < 3; k++) square += (p[k] - sky->centre[k]) * (p[k] - sky->centre[k]);

@@ -7,8 +7,8 @@
 #include "base/vec.h"
 #include "coverage/sky.h"
 
-/* A triangle in the frame: lines that bound it and its nearness, as functions of what a texel's middle
- * stands for: under a sun of (x, y, 1), else of the unit vector there. */
+/* A triangle in the frame: lines that bound it and its nearness, as functions of what a texel's
+ * middle stands for: under a sun of (x, y, 1), else of the unit vector there. */
 typedef struct ss_sky_shape {
     double edge[3][3], nearness[3], constant;
     double rect[4], most;
@@ -34,8 +34,8 @@ static inline double ss_sky_nearness_at(const ss_sky_frame *f, double r) {
     return f->distance * (f->distance - r) / r;
 }
 
-/* Lines are seen as arcs, which bulge out of the rectangle of their ends by less than a twelfth of its
- * diagonal squared. Gives by how much it grew. */
+/* Lines are seen as arcs, which bulge out of the rectangle of their ends by less than a twelfth of
+ * its diagonal squared. Gives by how much it grew. */
 static inline double ss_sky_widen(const ss_sky_frame *f, double rect[4]) {
     const double longest = hypot(rect[2] - rect[0], rect[3] - rect[1]);
     const double bulge = (f->sun ? 0 : longest * longest / f->distance / 12) + SS_SKY_ROOM;

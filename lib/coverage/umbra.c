@@ -1,18 +1,18 @@
 /* Where nothing of a light is seen, as a map in the sky's frame.
  *
- * Cut the casters' range of nearness into bins. Over a texel, a bin that no face of a closed component
- * passes through is all inside of it or all outside, which the winding number along the line from the
- * texel's middle to the light tells: where it is not 0, every segment from there to the light leaves a
- * solid, because the light is outside. Now if all that a point p can see of the light it sees through
- * such places of one bin, p is dark. A segment from p to the ball is, where it is by h nearer to the
- * light than p, at most width * h beside the line from p to the ball's centre (sky.c). So p is dark if
- * everything within this distance is inside, in any one bin: its distance to what is not is a chamfer
- * distance once more, bin by bin, from the light down.
+ * Cut the casters' range of nearness into bins. Over a texel, a bin that no face of a closed
+ * component passes through is all inside of it or all outside, which the winding number along the
+ * line from the texel's middle to the light tells: where it is not 0, every segment from there to
+ * the light leaves a solid, because the light is outside. Now if all that a point p can see of the
+ * light it sees through such places of one bin, p is dark. A segment from p to the ball is, where
+ * it is by h nearer to the light than p, at most width * h beside the line from p to the ball's
+ * centre (sky.c). So p is dark if everything within this distance is inside, in any one bin: its
+ * distance to what is not is a chamfer distance once more, bin by bin, from the light down.
  *
- * Two points in a texel and another are nearer to each other than the texels' middles by up to sqrt 2
- * texels. Where the line from a texel's middle comes so near to an edge that doubles might see it on
- * either side the texel is taken to be outside. Faces reach farther by what floats and contact move
- * them and points, so that a face that p touches is in none of these bins. */
+ * Two points in a texel and another are nearer to each other than the texels' middles by up to sqrt
+ * 2 texels. Where the line from a texel's middle comes so near to an edge that doubles might see it
+ * on either side the texel is taken to be outside. Faces reach farther by what floats and contact
+ * move them and points, so that a face that p touches is in none of these bins. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -83,8 +83,8 @@ static int bin_of(const ss_sky *sky, double nearness) {
 
 /* ---- drawing -------------------------------------------------------------------------------- */
 
-/* A face's edges as planes through the ball's centre (sun: along its direction), in the frame, by which
- * texels' middles are told to be on one side or the other. */
+/* A face's edges as planes through the ball's centre (sun: along its direction), in the frame, by
+ * which texels' middles are told to be on one side or the other. */
 typedef struct lines {
     double plane[3][3], sure[3];
 } lines;
@@ -191,9 +191,9 @@ static void draw_face(const canvas *c, const uint32_t v[3]) {
 
 /* ---- what is dark --------------------------------------------------------------------------- */
 
-/* Distances are bytes, in tenths of a texel, of all bins of a texel at once. With these steps from one
- * to the next they are nowhere more than the true ones: nine and thirteen tenths are the corners of an
- * octagon around the circle. */
+/* Distances are bytes, in tenths of a texel, of all bins of a texel at once. With these steps from
+ * one to the next they are nowhere more than the true ones: nine and thirteen tenths are the
+ * corners of an octagon around the circle. */
 #define TENTHS 10
 #define SIDE   9
 #define CORNER 13
@@ -225,8 +225,8 @@ static inline void approach(uint8_t *restrict away, const uint8_t *restrict from
     }
 }
 
-/* One of the two passes [Bor86]: from the row before and the texel before. What is beside the map is
- * outside, and no texel of its rim is inside. */
+/* One of the two passes [Bor86]: from the row before and the texel before. What is beside the map
+ * is outside, and no texel of its rim is inside. */
 static void pass(const canvas *c, bool back) {
     const ptrdiff_t width = c->sky->frame.width, height = c->sky->frame.height;
     const ptrdiff_t one = back ? -BINS : BINS, row = width * one;
@@ -242,8 +242,8 @@ static void pass(const canvas *c, bool back) {
     }
 }
 
-/* Bin by bin from the light down: `free` is how many tenths of a texel beside a point of the bin may be
- * in its way, for all of it to be inside at the lowest plane of some bin above. */
+/* Bin by bin from the light down: `free` is how many tenths of a texel beside a point of the bin
+ * may be in its way, for all of it to be inside at the lowest plane of some bin above. */
 static void find_dark(const canvas *c, size_t texel, double width) {
     const ss_sky *sky = c->sky;
     const uint8_t *away = c->away + texel * BINS;

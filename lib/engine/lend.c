@@ -1,6 +1,6 @@
 /* What exact and auto work with beside the casters, made when enough points are known to come, then
- * lent to whatever is asked: a map that tells lit and dark points; for auto coarser scenes, and rays where there
- * are none. */
+ * lent to whatever is asked: a map that tells lit and dark points; for auto coarser scenes, and
+ * rays where there are none. */
 #include "base/status.h"
 #include "coverage/sky.h"
 #include "engine/engine.h"
@@ -20,9 +20,10 @@
 #define TRACED_TRIANGLES ((size_t)1 << 18)
 #define TRACED_SHARE     32 /* triangles a point that repays the tree */
 
-/* A sky takes some 4 ms and .6 us a triangle to make. Under the medium light it saves .14 us a point of
- * the bunny with coarser levels, .3 us of dragons and a million triangles: repaid by 4 points a triangle of the
- * one, 1.3 to 3 of the others. Without levels it saves .5, 1.9 and 3.9 us, repaid by one, or fewer. */
+/* A sky takes some 4 ms and .6 us a triangle to make. Under the medium light it saves .14 us a
+ * point of the bunny with coarser levels, .3 us of dragons and a million triangles: repaid by 4
+ * points a triangle of the one, 1.3 to 3 of the others. Without levels it saves .5, 1.9 and 3.9 us,
+ * repaid by one, or fewer. */
 #define SKY_POINTS       ((uint64_t)1 << 18)
 #define SKY_SHARE        1 /* points that repay a triangle, ... */
 #define SKY_SHARE_LEVELS 4 /* ... where coarser levels make them cheap */

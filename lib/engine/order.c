@@ -1,7 +1,7 @@
 /* Morton order by a radix sort of 24-bit keys in two passes, on all threads: the items are cut into
- * chunks of a fixed size, each counts its digits, and from the counts of all each knows where its own
- * go. Items that share a key (a far point makes the grid coarse) are sorted again on a grid of their
- * own. */
+ * chunks of a fixed size, each counts its digits, and from the counts of all each knows where its
+ * own go. Items that share a key (a far point makes the grid coarse) are sorted again on a grid of
+ * their own. */
 #include "engine/order.h"
 
 #include <math.h>
@@ -97,7 +97,8 @@ static float distance(const float a[3], const float b[3]) {
     return most;
 }
 
-/* How long a run may be. Far points and those that are none (NaN is at no distance) hardly count. */
+/* How long a run may be. Far points and those that are none (NaN is at no distance) hardly
+ * count. */
 static float longest_run(const float (*at)[3], size_t n) {
     float apart[PAIRS];
     for (size_t i = 0; i < PAIRS; i++) {

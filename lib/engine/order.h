@@ -1,8 +1,8 @@
-/* The order in which points are answered: along a space-filling curve, so that neighbours share what
- * a group of points shares. Answers never depend on it.
+/* The order in which points are answered: along a space-filling curve, so that neighbours share
+ * what a group of points shares. Answers never depend on it.
  *
- * What is put in order are runs of up to SS_ORDER_RUN points that follow each other in the batch and
- * lie close together, as the pixels of a picture do; where they do not, single points. */
+ * What is put in order are runs of up to SS_ORDER_RUN points that follow each other in the batch
+ * and lie close together, as the pixels of a picture do; where they do not, single points. */
 #ifndef SS_ENGINE_ORDER_H
 #define SS_ENGINE_ORDER_H
 

@@ -5,8 +5,8 @@
 #include "scene/point.h"
 #include "technique/technique.h"
 
-/* Points first .. first + n - 1, n <= SS_PLACES, in local coordinates. false: one of them at least must
- * be answered NaN. */
+/* Points first .. first + n - 1, n <= SS_PLACES, in local coordinates. false: one of them at least
+ * must be answered NaN. */
 bool ss_places_read(const ss_stage *stage, const softshadow_points *points, size_t first, size_t n,
                     ss_places *out);
 

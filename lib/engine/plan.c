@@ -62,15 +62,15 @@ static softshadow_status check_request(const softshadow_build *request) {
  * rays for those groups of points that rays answer faster. */
 #define AUTO "exact"
 /* Foliage of 2,000 leaves under a light of its own size has an RMS error of .0111 at 256 samples,
- * .0044 at 1024 and .0017 at 4096 (softshadow bench --scenes leaves-2k --lights object); .0120 leaves a
- * margin. What is denser takes the technique's next step. */
+ * .0044 at 1024 and .0017 at 4096 (softshadow bench --scenes leaves-2k --lights object); .0120
+ * leaves a margin. What is denser takes the technique's next step. */
 #define WORST_ERROR 0.0120
 #define WORST_SLOPE 1.47
 #define AT_WORST 256
 /* 20k leaves have .0174 at 256 samples; 384 cost a tenth more there and nothing elsewhere. */
 #define AUTO_LEAST 384
-/* Where few edges cross the light a third of the samples is enough, where very many do the technique
- * takes more. */
+/* Where few edges cross the light a third of the samples is enough, where very many do the
+ * technique takes more. */
 #define FEWER 3
 #define AUTO_MOST 65536
 

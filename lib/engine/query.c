@@ -1,5 +1,5 @@
-/* The loop over a batch: check points, put them in an order that keeps neighbours together, hand ranges
- * of them to the technique on all threads, scatter the answers. */
+/* The loop over a batch: check points, put them in an order that keeps neighbours together, hand
+ * ranges of them to the technique on all threads, scatter the answers. */
 #include <stdio.h>
 #include <math.h>
 #include <string.h>
@@ -298,7 +298,8 @@ static uint64_t tell(const batch *b, const ss_places *places, size_t first, size
     }
     ss_plates_told by;
     float *bound = b->points->error_bound ? b->points->error_bound + first : NULL;
-    tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound, &by);
+    tell_plates[stage->rung](b->plates, places, n, ulp_of(b->points), b->most, visibility, bound,
+                             &by);
     counts->lit += (uint64_t)__builtin_popcountll(by.lit);
     counts->umbra += (uint64_t)__builtin_popcountll(by.dark);
     return by.all;
@@ -339,7 +340,8 @@ static softshadow_status look_first(batch *b, ss_arena *arena, size_t *left) {
     b->counts = ss_arena_alloc(arena, ranges, sizeof *b->counts);
     if (!b->left || !b->counts)
         return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu points", b->count);
-    const softshadow_status status = ss_parallel_for(b->handle->pool, b->count, LOOK, answer_told, b);
+    const softshadow_status status =
+        ss_parallel_for(b->handle->pool, b->count, LOOK, answer_told, b);
     *left = 0;
     for (size_t i = 0; i < ranges && !status; i++) {
         memmove(b->order.at + *left, b->order.at + i * LOOK, b->counts[i] * sizeof *b->order.at);

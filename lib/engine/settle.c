@@ -1,5 +1,5 @@
-/* Runs of points that follow each other mostly lie close together. A run is tried as a whole, then in
- * parts, down to a size at which a test costs as much as it saves. */
+/* Runs of points that follow each other mostly lie close together. A run is tried as a whole, then
+ * in parts, down to a size at which a test costs as much as it saves. */
 #include "engine/settle.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* From the linear penumbra coordinate to a fraction of the light.
  *
- * l in 0..1 is how much of the light's diameter an occluder's straight edge leaves visible. What share
- * of the light that is depends on its shape: Lawlor's visibility-to-illumination table ([Lawlor06],
- * appendix A), made here for whatever light there is. */
+ * l in 0..1 is how much of the light's diameter an occluder's straight edge leaves visible. What
+ * share of the light that is depends on its shape: Lawlor's visibility-to-illumination table
+ * ([Lawlor06], appendix A), made here for whatever light there is. */
 #ifndef SS_MAP_FALLOFF_H
 #define SS_MAP_FALLOFF_H
 
@@ -25,8 +25,8 @@ typedef enum ss_falloff_paper {
  * disk that DISK means is the light's. */
 void ss_falloff_make(ss_falloff *out, uint32_t kind, ss_falloff_paper paper, const ss_light *light);
 
-/* The share of a unit disk on the near side of a line at signed distance t from its centre: accuracy,
- * closed form 1. */
+/* The share of a unit disk on the near side of a line at signed distance t from its centre:
+ * accuracy, closed form 1. */
 double ss_falloff_disk(double t);
 
 static inline float ss_falloff_at(const ss_falloff *falloff, float l) {

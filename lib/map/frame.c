@@ -36,9 +36,9 @@ static double diagonal(const box *b) {
     return ss_length(d);
 }
 
-/* The radius that rate is made of. A rect is taken as the disk of its area, an ellipse likewise, or as
- * the one around it by those who look at all of it; what is a disk only for some directions is one for
- * all. */
+/* The radius that rate is made of. A rect is taken as the disk of its area, an ellipse likewise, or
+ * as the one around it by those who look at all of it; what is a disk only for some directions is
+ * one for all. */
 static double radius_of(const ss_light *light, bool all) {
     if (all) return light->radius;
     const double u = ss_length(light->u), v = ss_length(light->v);
@@ -174,8 +174,8 @@ static void join(extent *sum, const extent *e) {
     sum->empty &= e->empty;
 }
 
-/* Is it beside what the frame sees, by more than the light's radius? Whatever goes from the light to a
- * point in view then passes it by. */
+/* Is it beside what the frame sees, by more than the light's radius? Whatever goes from the light
+ * to a point in view then passes it by. */
 static bool beside(const measuring *m, double p[3][3]) {
     const ss_frame *f = m->frame;
     if (!(f->inverse > 0)) return false;

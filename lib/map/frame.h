@@ -1,13 +1,13 @@
 /* The light-space frame: how a map sees the scene from the light's centre.
  *
- * One projective map serves every light. With z the distance along the axis, measured from a reference
- * plane D in front of the light (D infinite under a sun), and s = 1 / (1 + z / D):
+ * One projective map serves every light. With z the distance along the axis, measured from a
+ * reference plane D in front of the light (D infinite under a sun), and s = 1 / (1 + z / D):
  *     X = x s,  Y = y s,  h = z s.
- * Orthographic frames (1/D = 0) keep h = z, linear depth; in perspective h = D - D^2 / (distance from
- * the light): the reciprocal of depth, shifted and scaled so that floats hold it however far the light
- * is. Lines stay lines and planes stay planes, also in h: so depth interpolates, and the papers'
- * similar triangles are exact everywhere: a light of radius R seen past an occluder at h_v makes, at a
- * receiver at h_p, a penumbra of half width
+ * Orthographic frames (1/D = 0) keep h = z, linear depth; in perspective h = D - D^2 / (distance
+ * from the light): the reciprocal of depth, shifted and scaled so that floats hold it however far
+ * the light is. Lines stay lines and planes stay planes, also in h: so depth interpolates, and the
+ * papers' similar triangles are exact everywhere: a light of radius R seen past an occluder at h_v
+ * makes, at a receiver at h_p, a penumbra of half width
  *     rate (h_p - h_v) in X and Y,  rate = R / D  (sun: tan alpha).
  * Map coordinates are X and Y in texels: texel (i, j) has its centre at (i + 1/2, j + 1/2). */
 #ifndef SS_MAP_FRAME_H
@@ -47,8 +47,8 @@ typedef struct ss_frames {
     int rung;                     /* base/cpu.h: how points are looked up */
 } ss_frames;
 
-/* What the fit goes by. Both boxes local. With `margin` the map reaches a penumbra's width beyond where
- * points are asked, for those who look at all that is before the light. */
+/* What the fit goes by. Both boxes local. With `margin` the map reaches a penumbra's width beyond
+ * where points are asked, for those who look at all that is before the light. */
 typedef struct ss_fit {
     const ss_world *world;
     const ss_light *light;
@@ -58,8 +58,8 @@ typedef struct ss_fit {
     bool margin;
 } ss_fit;
 
-/* Fits frames around what can matter: casters between the light and the bounds. A cube only where one
- * frame cannot see it all; faces without casters or without points are left out. */
+/* Fits frames around what can matter: casters between the light and the bounds. A cube only where
+ * one frame cannot see it all; faces without casters or without points are left out. */
 softshadow_status ss_frames_fit(ss_frames *out, const ss_fit *fit, ss_pool *pool);
 
 /* Local to map coordinates: out = (column, row, h). false: before the near plane. */
@@ -95,8 +95,8 @@ void ss_frame_depth(const ss_frame *frame, double depth[2]);
 void ss_frame_matrix(const ss_frame *frame, const ss_world *world, uint32_t resolution,
                      double matrix[16]);
 
-/* Points in map coordinates, a block at a time, up to whole eights. A point that no map can shadow looks
- * at the corner texel, which holds nothing, at h = -SS_MAP_FAR. */
+/* Points in map coordinates, a block at a time, up to whole eights. A point that no map can shadow
+ * looks at the corner texel, which holds nothing, at h = -SS_MAP_FAR. */
 #define SS_LOOKS SS_PLACES
 typedef struct ss_looks {
     float x[SS_LOOKS], y[SS_LOOKS], h[SS_LOOKS];

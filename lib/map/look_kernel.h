@@ -30,7 +30,8 @@ void RUNG(ss_look_single)(const ss_frames *frames, const ss_places *places, size
         least = (ss_doubles)((less & (ss_doubles_mask)square) | (~less & (ss_doubles_mask)least));
         /* before the near plane: as if it were outside of the map */
         const ss_doubles across = x * scaled - low_x, outside = -1 - (ss_doubles){0};
-        const ss_doubles kept = (ss_doubles)((seen & (ss_doubles_mask)across) | (~seen & (ss_doubles_mask)outside));
+        const ss_doubles kept =
+            (ss_doubles)((seen & (ss_doubles_mask)across) | (~seen & (ss_doubles_mask)outside));
         const wide_floats column = __builtin_convertvector(kept, wide_floats);
         const wide_floats row = __builtin_convertvector(y * scaled - low_y, wide_floats);
         const wide_floats h = __builtin_convertvector(z * s, wide_floats);

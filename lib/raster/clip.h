@@ -6,8 +6,8 @@
 
 #define SS_CLIP_MOST 9 /* corners of a triangle cut by five planes, and one to spare */
 
-/* What a corner of a caster carries: its depth h, and its weights of the triangle's second and third
- * vertex over the distance, which are linear in the map as h is. */
+/* What a corner of a caster carries: its depth h, and its weights of the triangle's second and
+ * third vertex over the distance, which are linear in the map as h is. */
 #define SS_CASTER_ATTRIBUTES 3
 
 /* Cuts the triangle (local corners) at the frame's near plane and at the guard band; gives the

@@ -1,9 +1,9 @@
 /* Drawing into maps: one table of passes; nothing above knows which machine draws.
  *
- * The fill rule, which every backend keeps: a texel is covered where its centre is inside the triangle;
- * a centre exactly on an edge belongs to the triangle for which that edge is a top or a left one.
- * Corners are snapped to 1/256 of a texel first, the same way for whoever shares them: neighbours
- * neither overlap nor leave gaps. Both sides of a triangle are drawn.
+ * The fill rule, which every backend keeps: a texel is covered where its centre is inside the
+ * triangle; a centre exactly on an edge belongs to the triangle for which that edge is a top or a
+ * left one. Corners are snapped to 1/256 of a texel first, the same way for whoever shares them:
+ * neighbours neither overlap nor leave gaps. Both sides of a triangle are drawn.
  *
  * Planes are resolution x resolution floats, row after row; row 0 is at the lowest Y. */
 #ifndef SS_RASTER_RASTER_H
@@ -29,15 +29,17 @@ typedef struct ss_raster_casters {
 
 #define SS_RASTER_ATTRIBUTES 4
 
-/* A triangle of the techniques' own, in map coordinates, with numbers that vary linearly across it. */
+/* A triangle of the techniques' own, in map coordinates, with numbers that vary linearly across
+ * it. */
 typedef struct ss_raster_triangle {
     double corner[3][2];
     double attribute[3][SS_RASTER_ATTRIBUTES];
     uint32_t tag; /* handed to shade */
 } ss_raster_triangle;
 
-/* Called for runs of covered texels: n of them from column x on in row y. attribute[k][i] belongs to
- * texel x + i. Runs of one row come in the order of their triangles; rows may come from any thread. */
+/* Called for runs of covered texels: n of them from column x on in row y. attribute[k][i] belongs
+ * to texel x + i. Runs of one row come in the order of their triangles; rows may come from any
+ * thread. */
 typedef struct ss_raster_run {
     uint32_t x, y, n, tag;
     const float *attribute[SS_RASTER_ATTRIBUTES];
@@ -56,8 +58,8 @@ typedef struct ss_raster_table {
  * twice: for machines that run C, and as text. */
 #define SS_RASTER_INK_TABLES 3
 
-/* A square of texels while it is drawn, in rows as registers take them; of a smaller one at the map's edge
- * the first columns and rows count. The names are the inks'. */
+/* A square of texels while it is drawn, in rows as registers take them; of a smaller one at the
+ * map's edge the first columns and rows count. The names are the inks'. */
 #define SS_RASTER_TILE 16
 typedef struct ss_raster_tile {
     int32_t x, y, width, height;
@@ -65,8 +67,8 @@ typedef struct ss_raster_tile {
         value[3][SS_RASTER_TILE][SS_RASTER_TILE];
 } ss_raster_tile;
 
-/* How an ink draws whole tiles: reads what it needs of its planes, adds triangles, says what there is
- * room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
+/* How an ink draws whole tiles: reads what it needs of its planes, adds triangles, says what there
+ * is room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
 struct ss_scan;
 typedef struct ss_raster_tiler {
     void (*begin)(const void *tiler_ctx, ss_raster_tile *tile);
@@ -103,16 +105,18 @@ typedef struct ss_raster_ink {
 
 /* What answers points: text that declares its tables (binding 2 and on) and defines
  *   float answer(vec3 look, uint face)
- * of a point in map coordinates, and those tables. Texts are constants: they are known by address. */
+ * of a point in map coordinates, and those tables. Texts are constants: they are known by
+ * address. */
 typedef struct ss_raster_question {
     const char *glsl;
     ss_raster_table table[SS_RASTER_TABLES]; /* one less where it is in parts */
     uint32_t tables;
     /* A point may take very many steps, more than some devices run in one go. The text defines
      *   bool advance(vec3 look, uint face, inout uvec4 at)
-     * instead, which goes on from `at`, at first all 0, and adds to `steps`, each time a loop goes round,
-     * what that may need at most: points run side by side, and wait for each other. From most_steps on it
-     * stops: false. true: at.x has the bits of the answer. at.x is never ~0; two such loops at most. */
+     * instead, which goes on from `at`, at first all 0, and adds to `steps`, each time a loop goes
+     * round, what that may need at most: points run side by side, and wait for each other. From
+     * most_steps on it stops: false. true: at.x has the bits of the answer. at.x is never ~0; two
+     * such loops at most. */
     bool parts;
 } ss_raster_question;
 
@@ -122,8 +126,8 @@ typedef float ss_raster_look[4];                    /* column, row, h, face */
 
 /* An image to work over, pass by pass: text that defines
  *   uint pixel(uvec2 at, uint pass)
- * the bits of a pixel's new value, from before[] as the last pass left it, the bits of all row after row;
- * width, height, number, and id_of(index) are there. */
+ * the bits of a pixel's new value, from before[] as the last pass left it, the bits of all row
+ * after row; width, height, number, and id_of(index) are there. */
 typedef struct ss_raster_image {
     const char *glsl;
     float *values;       /* written only when all has gone well */
@@ -154,8 +158,9 @@ typedef struct ss_raster {
     softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);
 
-    /* Questions. NULL, all four: they are asked in C. A ticket is to be waited for, whatever happened
-     * meanwhile; looks and answers stay where they are until then. Any number of threads may ask. */
+    /* Questions. NULL, all four: they are asked in C. A ticket is to be waited for, whatever
+     * happened meanwhile; looks and answers stay where they are until then. Any number of threads
+     * may ask. */
     softshadow_status (*load)(const ss_raster_question *question, ss_raster_program **out);
     softshadow_status (*submit)(ss_raster_program *program, const ss_raster_look *looks, size_t n,
                                 float *answers, ss_raster_ticket **out);

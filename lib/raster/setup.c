@@ -1,8 +1,8 @@
 /* The fill rule's arithmetic: corners on a grid of 1/256 texel, edge functions in whole numbers.
  *
- * based on: [Pin88]. The functions are exact, so that neighbours agree about every centre. Centres lie
- * 256 steps apart, so a function's low eight bits never change across the map: dropping them (floor)
- * keeps every sign and makes 32 bits enough inside a block. */
+ * based on: [Pin88]. The functions are exact, so that neighbours agree about every centre. Centres
+ * lie 256 steps apart, so a function's low eight bits never change across the map: dropping them
+ * (floor) keeps every sign and makes 32 bits enough inside a block. */
 #include "raster/setup.h"
 
 #include <math.h>

@@ -92,8 +92,8 @@ static inline bool ss_scan_top_or_left(int32_t dx, int32_t dy) {
     return dy < 0 || (dy == 0 && dx < 0);
 }
 
-/* One edge inside one block: its value at the block's first centre, and its steps. A texel is inside
- * where no edge's value is negative. */
+/* One edge inside one block: its value at the block's first centre, and its steps. A texel is
+ * inside where no edge's value is negative. */
 typedef struct ss_scan_edge {
     int32_t at, right, up;
 } ss_scan_edge;

@@ -49,8 +49,8 @@ typedef struct ss_topology {
     uint32_t *triangle_component; /* SS_NO_COMPONENT for degenerate ones */
     ss_component *components;     /* triangles connected by edges, in order of first_triangle */
     uint32_t component_count;
-    /* Components taken apart where more than two triangles share an edge: at each edge of one that is
-     * closed its triangles bound wedges, in pairs that run either way. NULL where none do. */
+    /* Components taken apart where more than two triangles share an edge: at each edge of one that
+     * is closed its triangles bound wedges, in pairs that run either way. NULL where none do. */
     uint32_t *triangle_solid;
     ss_component *solids;
     uint32_t solid_count;

@@ -1,4 +1,5 @@
-/* Lights as a point sees them. Measures and shapes: design of the public header, softshadow_light. */
+/* Lights as a point sees them. Measures and shapes: design of the public header,
+ * softshadow_light. */
 #include "scene/light.h"
 
 #include "base/vec.h"
@@ -66,8 +67,8 @@ bool ss_light_above(const ss_light *light, const double p[3], const float normal
         height += normal[k] * to, square += to * to;
     }
     const double size = sqrt(square);
-    /* A sphere's tangent cone is above the horizon when the sphere is; a sun's disk reaches tan(angle)
-     * sin(theta) along the normal. Floats of a unit normal are unit to 2^-22. */
+    /* A sphere's tangent cone is above the horizon when the sphere is; a sun's disk reaches
+     * tan(angle) sin(theta) along the normal. Floats of a unit normal are unit to 2^-22. */
     if (sun) reach *= sqrt(fmax(0, 1 - height * height));
     return height > reach * (1 + 0x1p-20) + size * 0x1p-20;
 }
@@ -93,8 +94,8 @@ double ss_light_weight(const ss_light *light, const ss_view *view, uint32_t weig
     const double facing = -ss_dot(view->normal, to); /* > 0: on the emitting side */
     const bool directionless = light->point && ss_dot(view->normal, view->normal) == 0;
     const double tilt = directionless ? 1 : facing;
-    /* d(omega) = cos(theta at the light) dA / r^2; lengths in units of the centre's distance, so that
-     * nothing overflows: only ratios of weights count. */
+    /* d(omega) = cos(theta at the light) dA / r^2; lengths in units of the centre's distance, so
+     * that nothing overflows: only ratios of weights count. */
     const double unit = ss_length(view->centre);
     const double reach = unit > 0 ? length / unit : length;
     if (!(reach > 0)) return 0;

@@ -61,8 +61,9 @@ static inline bool ss_light_below(const ss_view *view, const double *normal, dou
 /* Does the whole light stand above the horizon of p and its unit normal? A certain yes; "no" may be
  * undue by rounding. */
 bool ss_light_above(const ss_light *light, const double p[3], const float normal[3]);
-/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are only
- * followed to where they would enter the sphere. The sun's is infinite, and beside every scene. */
+/* A box that holds the light. A sphere is seen as a disk that sticks out of it, but segments are
+ * only followed to where they would enter the sphere. The sun's is infinite, and beside every
+ * scene. */
 void ss_light_box(const ss_light *light, double low[3], double high[3]);
 /* The radial profile at rho in 0..1, linearly interpolated. 1 for a uniform light. */
 double ss_light_profile(const ss_light *light, double rho);

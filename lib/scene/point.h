@@ -15,8 +15,8 @@ typedef struct ss_point {
     uint32_t place;    /* where its answer goes in the caller's batch */
 } ss_point;
 
-/* Points of which nothing is asked but where they are, a block of at most SS_PLACES at a time; after the
- * last it stands again up to a whole eight. */
+/* Points of which nothing is asked but where they are, a block of at most SS_PLACES at a time;
+ * after the last it stands again up to a whole eight. */
 #define SS_PLACES 256
 typedef struct ss_places {
     _Alignas(64) double at[3][SS_PLACES]; /* local */

@@ -1,11 +1,12 @@
 /* The scene as the host gave it, and the world the engines work in.
  *
  * LOCAL coordinates: the casters' bounding box is measured in double; every coordinate x becomes
- *     local = ((x - low) - half) * scale      in double, then rounded to float where floats are used.
- * low is the box's lowest corner, half is half its size rounded to a few bits, scale is the power of
- * two that brings all casters into [-1, 1]: so moving a whole scene by an exact amount, or scaling it
- * by a power of two, gives the same bits, and no engine ever meets tiny or huge casters. Points and
- * lights may be anywhere, up to 1e30 or so. The light stays in double. */
+ *     local = ((x - low) - half) * scale      in double, then rounded to float where floats are
+ *                                             used.
+ * low is the box's lowest corner, half is half its size rounded to a few bits, scale is the power
+ * of two that brings all casters into [-1, 1]: so moving a whole scene by an exact amount, or
+ * scaling it by a power of two, gives the same bits, and no engine ever meets tiny or huge casters.
+ * Points and lights may be anywhere, up to 1e30 or so. The light stays in double. */
 #ifndef SS_SCENE_SCENE_H
 #define SS_SCENE_SCENE_H
 

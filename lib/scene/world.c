@@ -218,8 +218,8 @@ static double profile_mean(const ss_light *light) {
     return sum;
 }
 
-/* A light so small is none but a point: its share of the scene, or of its distance, has no place among
- * floats, and is far below what coordinates are rounded to. */
+/* A light so small is none but a point: its share of the scene, or of its distance, has no place
+ * among floats, and is far below what coordinates are rounded to. */
 #define POINT 0x1p-100
 
 static void set_axes(ss_light *light, double length) {

@@ -1,4 +1,5 @@
-/* Walks the hierarchy: nodes whose faces all face the light, or all turn away, hold no silhouette. */
+/* Walks the hierarchy: nodes whose faces all face the light, or all turn away, hold no
+ * silhouette. */
 #include <math.h>
 #include <string.h>
 
@@ -8,8 +9,8 @@
 #include "base/vec.h"
 #include "silhouette/tree.h"
 
-/* Rounding error of the plain determinant below, relative to its permanent: differences of floats in
- * double add 3 roundings to the exact predicate's (7 + 56 u) u. */
+/* Rounding error of the plain determinant below, relative to its permanent: differences of floats
+ * in double add 3 roundings to the exact predicate's (7 + 56 u) u. */
 #define FILTER (16 * 0x1p-53)
 #define MARGIN 1e-5 /* of a cosine: the nodes' floats are good to 1e-6 */
 #define TASKS 64    /* subtrees worth handing out */
@@ -64,8 +65,8 @@ static int sign_of(const finder *f, uint32_t t) {
     return ss_silhouette_sign(f->world, t, &f->eye);
 }
 
-/* A normal's numbers and the offset are rounded by 2^-25 of at most 1 and sqrt 3, in local coordinates;
- * more than twice that, for what doubles round: 4e-9 at most, by THIN in tree.c. */
+/* A normal's numbers and the offset are rounded by 2^-25 of at most 1 and sqrt 3, in local
+ * coordinates; more than twice that, for what doubles round: 4e-9 at most, by THIN in tree.c. */
 static double doubt_of(const ss_eye *eye) {
     double square = 0;
     for (int k = 0; k < 3; k++) square += eye->place[k] * eye->place[k];
@@ -118,8 +119,8 @@ static bool uniform(const ss_silhouette_node *node, const ss_eye *eye) {
     return least * distance > (eye->w ? node->radius : 0);
 }
 
-/* Everything below is far apart in memory, and most of the time would go by waiting for it: what a family
- * of leaves needs is asked for before any of it is used. */
+/* Everything below is far apart in memory, and most of the time would go by waiting for it: what a
+ * family of leaves needs is asked for before any of it is used. */
 
 typedef struct family {
     uint32_t leaf[SS_SILHOUETTE_FAN];
@@ -140,7 +141,8 @@ static void ask_planes(const finder *f, size_t leaf) {
     }
 }
 
-/* An edge, and twice the sign of the face that runs along it where that is one of two; 0: to be tested. */
+/* An edge, and twice the sign of the face that runs along it where that is one of two; 0: to be
+ * tested. */
 typedef struct candidate {
     uint32_t edge;
     int32_t sum;

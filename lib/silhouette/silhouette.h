@@ -1,12 +1,12 @@
 /* Silhouettes: the edges where what a light sees of the casters ends.
  *
- * Every face has ONE sign as seen from the eye: 1 front, -1 back, exactly edge-on counts as back. An
- * edge is a silhouette when the sum over its uses of (sign of the face) x (direction of the use) is
- * not zero. Where the uses balance (a closed surface) that is twice the signed sum of the uses by
- * light-facing faces, so "not zero" means the same; where they do not, a sheet that turns its back to
- * the light counts as well, because it casts as well. One rule for boundary, manifold, complex and
- * flipped edges, and the silhouettes always close to loops: at every vertex as many edges enter as
- * leave, counted with their multiplicity. */
+ * Every face has ONE sign as seen from the eye: 1 front, -1 back, exactly edge-on counts as back.
+ * An edge is a silhouette when the sum over its uses of (sign of the face) x (direction of the use)
+ * is not zero. Where the uses balance (a closed surface) that is twice the signed sum of the uses
+ * by light-facing faces, so "not zero" means the same; where they do not, a sheet that turns its
+ * back to the light counts as well, because it casts as well. One rule for boundary, manifold,
+ * complex and flipped edges, and the silhouettes always close to loops: at every vertex as many
+ * edges enter as leave, counted with their multiplicity. */
 #ifndef SS_SILHOUETTE_SILHOUETTE_H
 #define SS_SILHOUETTE_SILHOUETTE_H
 
@@ -14,7 +14,8 @@
 #include "scene/connectivity.h"
 #include "scene/scene.h"
 
-/* Where the light's centre is, in local coordinates: a place (w = 1) or a direction towards it (w = 0). */
+/* Where the light's centre is, in local coordinates: a place (w = 1) or a direction towards it (w =
+ * 0). */
 typedef struct ss_eye {
     double place[3];
     int w;
@@ -34,8 +35,8 @@ typedef struct ss_silhouette {
     size_t count;
 } ss_silhouette;
 
-/* What makes finding silhouettes fast: edges in clusters, and clusters of clusters, each with a sphere
- * around it and a cone around its faces' normals. Depends on the geometry only. */
+/* What makes finding silhouettes fast: edges in clusters, and clusters of clusters, each with a
+ * sphere around it and a cone around its faces' normals. Depends on the geometry only. */
 typedef struct ss_silhouette_tree ss_silhouette_tree;
 
 softshadow_status ss_silhouette_tree_build(ss_silhouette_tree **out, const ss_world *world,

@@ -1,10 +1,9 @@
 /* Clusters of edges that face alike.
  *
- * based on: [SGGHS00]: a hierarchy of edges whose nodes say from
- * where none of their edges can be a silhouette. Instead of its anchored cones a node keeps a sphere
- * and a normal cone: cheaper to build, and as good where meshes are dense. Edges are sorted by the
- * octant of their normal and then along a Morton curve, so that the two sides of a thin body do not
- * share clusters. */
+ * based on: [SGGHS00]: a hierarchy of edges whose nodes say from where none of their edges can be a
+ * silhouette. Instead of its anchored cones a node keeps a sphere and a normal cone: cheaper to
+ * build, and as good where meshes are dense. Edges are sorted by the octant of their normal and
+ * then along a Morton curve, so that the two sides of a thin body do not share clusters. */
 #include "silhouette/tree.h"
 
 #include <math.h>

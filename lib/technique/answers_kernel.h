@@ -7,8 +7,8 @@
 #include "technique/limit.h"
 #include "technique/single_sample.h"
 
-/* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units in
- * the last place of a float (design: techniques.md, Depth). */
+/* A gap between occluder and receiver smaller than this, relative to their depth, is none: 8 units
+ * in the last place of a float (design: techniques.md, Depth). */
 
 void RUNG(ss_answer_hard)(const ss_light_maps *maps, const ss_looks *looks, size_t n, float *out) {
     const int32_t side = (int32_t)maps->frames.resolution;
@@ -37,7 +37,8 @@ static inline void take(const float *table, const uint32_t at[SS_LANES], size_t 
     *out = *(const ss_wide_there *)taken;
 }
 
-/* Coordinates, as many as a block may have, to shares; 0 and 1 stay what they are. See falloff.h. */
+/* Coordinates, as many as a block may have, to shares; 0 and 1 stay what they are. See
+ * falloff.h. */
 static inline void shares_of(const ss_falloff *falloff, float *linear, size_t n, float *out) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
     for (size_t i = 0; i < n; i += SS_LANES) {
@@ -92,8 +93,8 @@ void RUNG(ss_answer_tent)(const ss_light_maps *maps, const ss_looks *looks, size
 
 /* ---- single-sample --------------------------------------------------------------------------- */
 
-/* The inner coordinate of one texel for receivers at h: 1 at the rim of the hard shadow, 0 where the
- * shadow is as wide as the penumbra. */
+/* The inner coordinate of one texel for receivers at h: 1 at the rim of the hard shadow, 0 where
+ * the shadow is as wide as the penumbra. */
 static inline void inner_of(const ss_light_maps *maps, const uint32_t at[SS_LANES], ss_wide h,
                             ss_wide rate, ss_wide *out) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
@@ -101,7 +102,8 @@ static inline void inner_of(const ss_light_maps *maps, const uint32_t at[SS_LANE
     ss_wide depth, inside;
     take(maps->plane + SINGLE_DEPTH, at, SINGLE_CHANNELS, &depth);
     take(maps->plane + SINGLE_INSIDE, at, SINGLE_CHANNELS, &inside);
-    const ss_wide gap = h - depth, open = 1 - inside / (rate * gap), kept = SS_WIDE_MORE(open, zero);
+    const ss_wide gap = h - depth, open = 1 - inside / (rate * gap),
+                  kept = SS_WIDE_MORE(open, zero);
     const ss_wide soft = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(least, gap), SS_WIDE_LESS(kept, one), zero);
     *out = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, gap), soft, one);
 }
@@ -135,8 +137,8 @@ void RUNG(ss_answer_single)(const ss_light_maps *maps, const ss_looks *looks, si
 
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */
 
-/* The outer coordinate of one texel for receivers at h, times its weight. What is before them: *some is
- * set where anything is, *all cleared where they are not in the hard shadow. */
+/* The outer coordinate of one texel for receivers at h, times its weight. What is before them:
+ * *some is set where anything is, *all cleared where they are not in the hard shadow. */
 static inline ss_wide outer_share(const ss_wide channel[4], ss_wide weight, ss_wide h,
                                   ss_wide_mask *some, ss_wide_mask *all) {
     const ss_wide vertex = channel[SS_OUTER_VERTEX], one = SS_WIDE_ALL(1.f),
@@ -198,8 +200,8 @@ static inline __attribute__((always_inline)) ss_wide equation_2(const ss_wide t[
     return SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(z, t[LIMIT_G]), one, soft);
 }
 
-/* A texel alone; where there is no penumbra, or under the paper's way, its hard shadow, g and b brought
- * together at the surface that is on top. */
+/* A texel alone; where there is no penumbra, or under the paper's way, its hard shadow, g and b
+ * brought together at the surface that is on top. */
 static inline ss_wide alone(const ss_wide t[4], ss_wide z, bool paper) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = SS_WIDE_ALL(0.f);
     const ss_wide_mask above = SS_WIDE_IS_LESS(z, t[LIMIT_G]),
@@ -230,7 +232,8 @@ static inline __attribute__((always_inline)) ss_wide limit_of(const ss_limit_sta
                                                               ss_wide same) {
     ss_wide t[4][4], weight[4], l = SS_WIDE_ALL(1.f);
     const bool one = up == 0;
-    ss_cells_load(&state->maps, cells, 0, one, t), ss_cells_load(&state->maps, cells, up, one, t + 2);
+    ss_cells_load(&state->maps, cells, 0, one, t),
+        ss_cells_load(&state->maps, cells, up, one, t + 2);
     const ss_wide g = SS_WIDE_LESS(SS_WIDE_LESS(t[0][LIMIT_G], t[1][LIMIT_G]),
                                    SS_WIDE_LESS(t[2][LIMIT_G], t[3][LIMIT_G]));
     const ss_wide_mask lit = SS_WIDE_IS_LESS(z, g);

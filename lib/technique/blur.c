@@ -16,8 +16,8 @@ typedef struct blur {
     ss_counts *counts;
 } blur;
 
-/* A line of pixels through the image, which is written over while it is read: what was there before the
- * pixels already written is kept in a ring. */
+/* A line of pixels through the image, which is written over while it is read: what was there before
+ * the pixels already written is kept in a ring. */
 typedef struct line {
     float *value;
     const uint32_t *id; /* NULL: all of one object */

@@ -122,10 +122,11 @@ static softshadow_status count_culled(exact *e, const ss_stage *stage) {
     return SOFTSHADOW_OK;
 }
 
-/* How wrong a closed form says it may be, in tolerances. It reckons with the worst of all its roundings:
- * on 2,600 random points the largest error was an 80th of that, the RMS error a 500th, so that 16 keep
- * a twentieth of the tolerance. No more than MOST_CLOSED, where drawing certifies as much. With samples
- * given by the caller it only tells what is lit, which drawing could not tell otherwise. */
+/* How wrong a closed form says it may be, in tolerances. It reckons with the worst of all its
+ * roundings: on 2,600 random points the largest error was an 80th of that, the RMS error a 500th,
+ * so that 16 keep a twentieth of the tolerance. No more than MOST_CLOSED, where drawing certifies
+ * as much. With samples given by the caller it only tells what is lit, which drawing could not tell
+ * otherwise. */
 #define CLOSED      16.0f
 #define MOST_CLOSED 0x1p-6f
 

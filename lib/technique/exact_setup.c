@@ -1,4 +1,5 @@
-/* What exact.c does before anything is drawn: scratch, and telling which points are lit for sure. */
+/* What exact.c does before anything is drawn: scratch, and telling which points are lit for
+ * sure. */
 #include <math.h>
 #include <string.h>
 
@@ -28,14 +29,18 @@ static double host_size(const ss_world *world, const double low[3], const double
 }
 
 /* How far beside the casters a coarser scene may be seen, in half-widths of the light over the
- * tolerance: a thirteenth of one at 1/256, where the RMS error is .0022 in all (bunny, medium light).
- * Twice that saves a tenth of the time and makes it .0049, more than the tolerance allows. */
+ * tolerance: a thirteenth of one at 1/256, where the RMS error is .0022 in all (bunny, medium
+ * light). Twice that saves a tenth of the time and makes it .0049, more than the tolerance
+ * allows. */
 #define STRAY 20.0
-/* At a tolerance of 1/64 that would be .31, and of 262,144 points thirteen would be more than .1 off, up
- * to .13 (spheres of a million triangles, medium light); so none is more than .093, for 5 % of the time. */
+/* At a tolerance of 1/64 that would be .31, and of 262,144 points thirteen would be more than .1
+ * off, up to .13 (spheres of a million triangles, medium light); so none is more than .093, for 5 %
+ * of the time. */
 #define MOST_STRAY 0.25
 
-static size_t planes_of(size_t blocks) { return SS_LANES * blocks * 2 * SS_GROUP_PLANES * SS_BLOCK; }
+static size_t planes_of(size_t blocks) {
+    return SS_LANES * blocks * 2 * SS_GROUP_PLANES * SS_BLOCK;
+}
 
 void ss_exact_clear_planes(scratch *s) {
     const size_t wanted = planes_of(s->group->lattice->blocks);
@@ -160,7 +165,8 @@ static void enclose(scratch *s, const ss_point *points, size_t n, ss_shaft_frame
     ss_group_enclose(s->group, s->stage->light, *frame, low, high, group ? s->views : NULL);
 }
 
-/* Where a map, or plates, have told most of the lit points groups are seldom lit, and mostly where the last was. */
+/* Where a map, or plates, have told most of the lit points groups are seldom lit, and mostly where
+ * the last was. */
 #define VAIN 2 /* groups in a row */
 static bool is_vain(scratch *s) {
     if ((!s->stage->sky && !s->state->plates) || s->unlit < VAIN) return false;
@@ -239,9 +245,9 @@ static void find_contacts(scratch *s, const ss_point *points, unsigned n, double
 
 /* ---- what floats are blind for ------------------------------------------------------------------
  *
- * Floats see nothing before t_near, which is along the light's axis. A segment that leaves at a shallow
- * angle to its plane is longer by then than SS_NEAR, within which faces are contact's business: points
- * with another face so near are left to doubles. */
+ * Floats see nothing before t_near, which is along the light's axis. A segment that leaves at a
+ * shallow angle to its plane is longer by then than SS_NEAR, within which faces are contact's
+ * business: points with another face so near are left to doubles. */
 
 /* The longest such segment. */
 static double blind_reach(const scratch *s, unsigned lane) {
@@ -256,7 +262,8 @@ static double blind_reach(const scratch *s, unsigned lane) {
     return near * distance * distance / sqrt(ss_max(tangent, 0)); /* on the sphere: infinite */
 }
 
-/* Is a face within `reach` that contact does not list? Yes, too, where that takes too long to tell. */
+/* Is a face within `reach` that contact does not list? Yes, too, where that takes too long to
+ * tell. */
 static bool is_blind(const scratch *s, unsigned lane, double reach) {
     const ss_stage *stage = s->stage;
     const ss_contact *contact = &s->contact[lane];

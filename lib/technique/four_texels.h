@@ -1,6 +1,6 @@
-/* The four texels around each of as many points as a register has lanes, for maps of four channels a
- * texel: a register is one channel of one of the four texels (lower left, lower right, upper left, upper
- * right). */
+/* The four texels around each of as many points as a register has lanes, for maps of four channels
+ * a texel: a register is one channel of one of the four texels (lower left, lower right, upper
+ * left, upper right). */
 #ifndef SS_TECHNIQUE_FOUR_TEXELS_H
 #define SS_TECHNIQUE_FOUR_TEXELS_H
 
@@ -45,8 +45,8 @@ static inline void ss_cells_find(ss_cells *out, const ss_light_maps *maps, const
                ss_cells_lit(maps, looks, i, column, line);
 }
 
-/* Cells are found so many looks before they are used: their texels then are on their way to the cache
- * while others are worked on. */
+/* Cells are found so many looks before they are used: their texels then are on their way to the
+ * cache while others are worked on. */
 #define SS_CELLS_AHEAD 64
 #define SS_CELLS (SS_CELLS_AHEAD / SS_LANES)
 
@@ -90,8 +90,8 @@ ss_cells_load_pairs(const float *texels, const ss_cells *c, int p, ss_wide *left
 #endif
 }
 
-/* The channels of the two texels from so many floats after the first on; `one`: in a map of one texel both
- * are that. */
+/* The channels of the two texels from so many floats after the first on; `one`: in a map of one
+ * texel both are that. */
 static inline __attribute__((always_inline)) void ss_cells_load(const ss_light_maps *maps,
                                                                 const ss_cells *c, size_t step,
                                                                 bool one, ss_wide channel[2][4]) {

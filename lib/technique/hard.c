@@ -1,8 +1,8 @@
 /* hard: the shadow map, without any penumbra.
  *
- * based on: [Williams78]. Differs: the frame is fitted to the casters and the points asked, depth in
- * perspective is the reciprocal of distance (map/frame.h), and the map keeps the deepest that a surface
- * reaches inside its texel instead of a bias added to all depths. */
+ * based on: [Williams78]. Differs: the frame is fitted to the casters and the points asked, depth
+ * in perspective is the reciprocal of distance (map/frame.h), and the map keeps the deepest that a
+ * surface reaches inside its texel instead of a bias added to all depths. */
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
 

@@ -6,7 +6,8 @@
 #include "technique/lamp_glsl.h"
 #include "technique/light_maps.h"
 
-/* The states of techniques that search the depth map for what stands before a lamp begin with it. */
+/* The states of techniques that search the depth map for what stands before a lamp begin with
+ * it. */
 typedef struct ss_lamp_maps {
     ss_light_maps maps;
     ss_lamp lamp[SS_MAP_FACES];

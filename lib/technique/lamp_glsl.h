@@ -1,8 +1,8 @@
-/* lamp.h and the pyramid of least depths as text, in floats: after SS_LIGHT_MAPS_GLSL, with the pyramids
- * of all faces as table 4. Differs from the C, and why:
+/* lamp.h and the pyramid of least depths as text, in floats: after SS_LIGHT_MAPS_GLSL, with the
+ * pyramids of all faces as table 4. Differs from the C, and why:
  * - A part of a disk's edge below 3e-7 of the light counts as nothing: floats tell no less.
- * - The arc tangent is its own polynomial (error 1e-7): what a shading language promises for its is a
- *   thousand times worse, and edges are sums of hundreds of them. */
+ * - The arc tangent is its own polynomial (error 1e-7): what a shading language promises for its is
+ *   a thousand times worse, and edges are sums of hundreds of them. */
 #ifndef SS_TECHNIQUE_LAMP_GLSL_H
 #define SS_TECHNIQUE_LAMP_GLSL_H
 

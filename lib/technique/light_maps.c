@@ -219,8 +219,8 @@ static void light_inside(const ss_light_maps *maps, const ss_places *places, siz
     const ss_light *light = &maps->light;
     const double reach = light->radius * SS_LIGHT_INSIDE, square = reach * reach;
     const double *c = light->centre;
-    /* in the frame's coordinates, which is good to 1e-12 of the scene's size: far below a thousandth
-     * of a lamp that can be told from a point */
+    /* in the frame's coordinates, which is good to 1e-12 of the scene's size: far below a
+     * thousandth of a lamp that can be told from a point */
     if (light->type != SOFTSHADOW_SPHERE || light->point || nearest * 0.999 > square) return;
     for (size_t i = 0; i < n; i++) {
         const double x = places->at[0][i] - c[0], y = places->at[1][i] - c[1],
@@ -355,7 +355,8 @@ void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32
     float *texel = maps->plane + (((size_t)face * n + y) * n + x) * SS_OUTER_CHANNELS;
     const float far = (float)maps->frames.face[face].far_h;
     const float receiver = texel[SS_OUTER_DEPTH] < far ? texel[SS_OUTER_DEPTH] : far;
-    /* at or below the receiver it shades nothing that is not hidden anyway: [WH03] line 4, [CD03] 3.1 */
+    /* at or below the receiver it shades nothing that is not hidden anyway: [WH03] line 4, [CD03]
+     * 3.1 */
     if (!(vertex + rise < receiver)) return;
     const float key = rise / (receiver - vertex);
     if (!(key < texel[SS_OUTER_KEY])) return;

@@ -1,5 +1,5 @@
-/* What the map techniques have in common: frames, the depth map of the hard shadow, what becomes of a
- * point beyond its map, and how planes are handed out. A technique's state begins with an
+/* What the map techniques have in common: frames, the depth map of the hard shadow, what becomes of
+ * a point beyond its map, and how planes are handed out. A technique's state begins with an
  * ss_light_maps. */
 #ifndef SS_TECHNIQUE_LIGHT_MAPS_H
 #define SS_TECHNIQUE_LIGHT_MAPS_H
@@ -34,8 +34,8 @@ struct ss_light_maps {
     float *depth;  /* the hard shadow's: nearest h, biased */
     float *plane;  /* the technique's own, `channels` numbers a texel; NULL: none */
     uint32_t channels;
-    /* A tile of SS_RASTER_TILE texels squared: nothing before this depth is less than lit by what the
-     * plane has there or in the tiles after it, along both axes; NULL: not known. */
+    /* A tile of SS_RASTER_TILE texels squared: nothing before this depth is less than lit by what
+     * the plane has there or in the tiles after it, along both axes; NULL: not known. */
     float *lit;
     const char *plane_name, *channel_names; /* "a,b,...": softshadow_map's; may be NULL */
     ss_falloff falloff;
@@ -66,8 +66,8 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
                                         ss_light_maps_answer *answer);
 
-/* The table `lit`, of which nothing is known yet; who draws tiles writes what it knows. Then finish: a place
- * between texels may reach into the tiles after its own. */
+/* The table `lit`, of which nothing is known yet; who draws tiles writes what it knows. Then
+ * finish: a place between texels may reach into the tiles after its own. */
 softshadow_status ss_light_maps_add_lit(ss_light_maps *maps);
 void ss_light_maps_finish_lit(ss_light_maps *maps);
 static inline uint32_t ss_light_maps_tiles(const ss_light_maps *maps) { /* along a side */
@@ -106,8 +106,8 @@ void ss_light_maps_hard(const ss_light_maps *maps, const ss_looks *looks, size_t
 /* ---- the same on a GPU ----------------------------------------------------------------------- */
 
 /* What a technique's query_glsl begins with: the tables that ss_light_maps_tables() names, and what
- * the functions of the same names do in C. words[]: the side of a map, 7 numbers of the technique's own,
- * then 64 a face. */
+ * the functions of the same names do in C. words[]: the side of a map, 7 numbers of the technique's
+ * own, then 64 a face. */
 #define SS_LIGHT_MAPS_GLSL \
     "layout(std430, binding = 2) readonly buffer Depths { float depths[]; };\n" \
     "layout(std430, binding = 3) readonly buffer Planes { float planes[]; };\n" \
@@ -158,10 +158,10 @@ void ss_light_maps_horizon(const ss_stage *stage, const void *state, const ss_po
 
 /* ---- outer penumbrae: penumbra-map and smoothie ---------------------------------------------- */
 
-/* A texel of them, four floats: the hard shadow's depth; the occluder's depth h_v, SS_MAP_FAR: none;
- * `rise`, how much deeper than h_v a receiver must be for the penumbra to begin there; and the
- * coordinate of the map's own receiver, by which the darkest was kept. At a receiver at h_p the outer
- * coordinate is rise / (h_p - h_v). */
+/* A texel of them, four floats: the hard shadow's depth; the occluder's depth h_v, SS_MAP_FAR:
+ * none; `rise`, how much deeper than h_v a receiver must be for the penumbra to begin there; and
+ * the coordinate of the map's own receiver, by which the darkest was kept. At a receiver at h_p the
+ * outer coordinate is rise / (h_p - h_v). */
 enum { SS_OUTER_DEPTH, SS_OUTER_VERTEX, SS_OUTER_RISE, SS_OUTER_KEY, SS_OUTER_CHANNELS };
 /* Offers a texel a penumbra: kept if it is the darkest so far for the map's receiver. */
 void ss_outer_offer(const ss_light_maps *maps, uint32_t face, uint32_t x, uint32_t y, float vertex,

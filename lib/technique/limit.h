@@ -9,8 +9,8 @@
 #include "technique/rim.h"
 
 /* A texel: the occluder's depth (SS_MAP_FAR: no penumbra here), the upper limit (above it is lit),
- * the lower limit (below it is dark), and the signed limit, q > 0 outside. While it is built LIMIT_B
- * is how far down the light gets past the silhouette. */
+ * the lower limit (below it is dark), and the signed limit, q > 0 outside. While it is built
+ * LIMIT_B is how far down the light gets past the silhouette. */
 enum { LIMIT_C, LIMIT_G, LIMIT_B, LIMIT_Q, LIMIT_CHANNELS };
 
 /* The technique's state. */
@@ -72,9 +72,9 @@ static inline float ss_limit_key(const ss_limit_face *f, size_t texel, float c, 
     return f->highest ? c + fabsf(q) : ss_limit_away(f, depth, c, q, open);
 }
 
-/* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. Where it draws by
- * tiles, as ss_limit_tiled() says, every texel is written with the limits above and below, and the key is
- * where the lower limit is to be looked for from. */
+/* Step 2 of [Lawlor06] 3.1: c, q, open and key of every texel that a penumbra reaches. Where it
+ * draws by tiles, as ss_limit_tiled() says, every texel is written with the limits above and below,
+ * and the key is where the lower limit is to be looked for from. */
 softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
                                    const ss_silhouette *found);
 static inline bool ss_limit_tiled(const ss_stage *stage, uint32_t side) {

@@ -48,7 +48,8 @@ static void clear(const ss_outer_sheet *s) {
     }
 }
 
-/* Tiles fill the plane as they are drawn; else the pen's own shade() offers to it, or keep() does. */
+/* Tiles fill the plane as they are drawn; else the pen's own shade() offers to it, or keep()
+ * does. */
 static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
                                   const ss_raster_triangle *triangles, size_t count,
                                   const ss_outer_pen *pen) {

@@ -6,8 +6,8 @@
 #include "technique/light_maps.h"
 #include "technique/rim.h"
 
-/* How a technique makes rise of ss_outer_offer() from the distance to the rim: `shade` does all of it,
- * and the text once more as
+/* How a technique makes rise of ss_outer_offer() from the distance to the rim: `shade` does all of
+ * it, and the text once more as
  *   float rise_of(float away, float blocker)
  * with its own numbers in words[0] to words[2]. It begins with SS_OUTER_GLSL. */
 typedef struct ss_outer_pen {
@@ -44,7 +44,8 @@ typedef struct ss_outer_sheet {
     "    return vertex + rise < receiver;\n" \
     "}\n"
 
-/* Draws what the silhouettes leave in one face, by ss_outer_paint() with a style and a pen of its own. */
+/* Draws what the silhouettes leave in one face, by ss_outer_paint() with a style and a pen of its
+ * own. */
 typedef softshadow_status ss_outer_draw(const ss_stage *stage, const ss_light_maps *maps,
                                         const ss_silhouette *found, uint32_t face);
 softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *maps,

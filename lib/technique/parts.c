@@ -195,7 +195,8 @@ uint32_t ss_parts_map_count(const void *state) {
 void ss_parts_get_map(const void *state, uint32_t index, softshadow_map *map) {
     const parts *p = state;
     uint32_t i = 0;
-    for (uint32_t own; index >= (own = p->technique->map_count(p->part[i].state)); i++) index -= own;
+    for (uint32_t own; index >= (own = p->technique->map_count(p->part[i].state)); i++)
+        index -= own;
     p->technique->get_map(p->part[i].state, index, map);
 }
 

@@ -1,5 +1,6 @@
-/* Techniques that take one light for its centre's view, asked for each part of a divided light: what
- * they see is the parts' weighted mean ([Cou05] 4.3, the remedy for the single-silhouette artefact). */
+/* Techniques that take one light for its centre's view, asked for each part of a divided light:
+ * what they see is the parts' weighted mean ([Cou05] 4.3, the remedy for the single-silhouette
+ * artefact). */
 #ifndef SS_TECHNIQUE_PARTS_H
 #define SS_TECHNIQUE_PARTS_H
 

@@ -1,8 +1,8 @@
 /* pcf: the hard shadow, its depth comparisons filtered.
  *
- * based on: [Reeves87], with the bicubic filter that [CD03] compare with. Differs: instead of random
- * texels under a screen pixel's footprint (a point has none) the tent of the 2 x 2 texels around the
- * point, or the cubic B-spline of 4 x 4. Comparisons are filtered, never depths. */
+ * based on: [Reeves87], with the bicubic filter that [CD03] compare with. Differs: instead of
+ * random texels under a screen pixel's footprint (a point has none) the tent of the 2 x 2 texels
+ * around the point, or the cubic B-spline of 4 x 4. Comparisons are filtered, never depths. */
 #include "base/cpu.h"
 #include "technique/answers.h"
 #include "technique/light_maps.h"

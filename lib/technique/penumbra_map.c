@@ -1,15 +1,15 @@
 /* penumbra-map: cones and sheets from the silhouettes, the darkest kept.
  *
- * based on: [WH03], whole: figure 4's cones and sheets, figure 5's intensity, the modified depth test.
- * Differs, and why:
- * - Points are asked anywhere, not only on the receiver in the map. So a texel keeps Z_v and what of
- *   Z_F belongs to the fragment, and equation 1 is finished with the point's own depth; where several
- *   cones or sheets overlap, the darkest for the map's receiver is kept, as in the paper, or for the
- *   far plane where the map has none.
+ * based on: [WH03], whole: figure 4's cones and sheets, figure 5's intensity, the modified depth
+ * test. Differs, and why:
+ * - Points are asked anywhere, not only on the receiver in the map. So a texel keeps Z_v and what
+ *   of Z_F belongs to the fragment, and equation 1 is finished with the point's own depth; where
+ *   several cones or sheets overlap, the darkest for the map's receiver is kept, as in the paper,
+ *   or for the far plane where the map has none.
  * - Depths are h of map/frame.h: equation 1 in orthographic frames, with reciprocal depths in
  *   perspective, where it is exact and sheets are planar however different their cones are.
- * - Cones are evaluated at every texel instead of being cut into triangles, and only where sheets leave
- *   a gap: inside a sheet's strip the sheet is the darker.
+ * - Cones are evaluated at every texel instead of being cut into triangles, and only where sheets
+ *   leave a gap: inside a sheet's strip the sheet is the darker.
  * - The result is filtered over 2 x 2 texels, intensities and comparisons, never depths.
  * - 3 I^2 - 2 I^3 only under falloff=paper: the area of a disk cut by a line is not it. */
 #include <math.h>

@@ -1,21 +1,22 @@
 /* penumbra-mask: percentage-closer filtering as wide as the penumbra, only where there is one.
  *
- * based on: [Cou05] chapter 5: a mask of over-estimated penumbra volumes with the depth of the edge that
- * each is of (5.1), a filter as wide as receiver and averaged edge depth say, n x n jittered taps (5.2),
- * and the blur of the visibility image that never crosses ids (5.3). Differs, and why:
- * - Volumes of single edges, and of discs around vertices between them, over-estimated by a fixed share
- *   and some texels: the printed construction moves edges towards the light, where s_e = 1 leaves nothing.
- *   The nearest volume in a texel counts, as there; its edge's depth is that of the nearest place on the
- *   edge, not of the nearer end.
- * - In h of map/frame.h the width of the filter is rate (h_r - h_o) for every light; the printed formula
- *   gives half of that on either side, so s_p is 2. falloff=paper: as printed, taps in a square.
+ * based on: [Cou05] chapter 5: a mask of over-estimated penumbra volumes with the depth of the edge
+ * that each is of (5.1), a filter as wide as receiver and averaged edge depth say, n x n jittered
+ * taps (5.2), and the blur of the visibility image that never crosses ids (5.3). Differs, and why:
+ * - Volumes of single edges, and of discs around vertices between them, over-estimated by a fixed
+ *   share and some texels: the printed construction moves edges towards the light, where s_e = 1
+ *   leaves nothing. The nearest volume in a texel counts, as there; its edge's depth is that of the
+ *   nearest place on the edge, not of the nearer end.
+ * - In h of map/frame.h the width of the filter is rate (h_r - h_o) for every light; the printed
+ *   formula gives half of that on either side, so s_p is 2. falloff=paper: as printed, taps in a
+ *   square.
  * - Taps lie on the light: in a disk or a rectangle, as the point sees it, weighted by its profile.
- * - A tap that meets something too near to stand before its place on the light looks again, as near as
- *   that is: else a slope that fills the filter would shadow itself.
- * - What is in no volume takes no tap: there the shadow map alone knows. In the thesis all that fails the
- *   depth test is filtered; beyond the volumes it finds nothing.
- * - Against acne the midpoint between the two nearest surfaces ([Woo92]), which the thesis wished for;
- *   no nearer than the surface's own slope over 1.5 texels, no farther than 45 degrees there.
+ * - A tap that meets something too near to stand before its place on the light looks again, as near
+ *   as that is: else a slope that fills the filter would shadow itself.
+ * - What is in no volume takes no tap: there the shadow map alone knows. In the thesis all that
+ *   fails the depth test is filtered; beyond the volumes it finds nothing.
+ * - Against acne the midpoint between the two nearest surfaces ([Woo92]), which the thesis wished
+ *   for; no nearer than the surface's own slope over 1.5 texels, no farther than 45 degrees there.
  * - The jitter is a function of the point's place in the map and the seed. */
 #include <math.h>
 
@@ -31,8 +32,8 @@
 #include "technique/rim.h"
 #include "trace/samples.h"
 
-/* A texel: the depth of its surface; the depth below which that shadows; the depth at which a penumbra
- * volume begins (SS_MAP_FAR: none), and that of the edge it is of. */
+/* A texel: the depth of its surface; the depth below which that shadows; the depth at which a
+ * penumbra volume begins (SS_MAP_FAR: none), and that of the edge it is of. */
 enum { MASK_SURFACE, MASK_COMPARED, MASK_VOLUME, MASK_EDGE, MASK_CHANNELS };
 
 #define WIDER    1.25 /* volumes than half a penumbra: "to account for sampling errors" (5.1) */
@@ -67,7 +68,7 @@ static float open_past(const masking *m, const ss_raster_run *run, uint32_t i) {
     return ss_rim_open(m->depth, m->side, foot.place, foot.outwards);
 }
 
-/* Silhouettes that no light gets past are none: hidden ones, seams, bumps in a surface that goes on. */
+/* Silhouettes that no light gets past are none: hidden ones, seams, bumps in a wider surface. */
 static void shade(void *ctx, const ss_raster_run *run) {
     const masking *m = ctx;
     float *texel = m->texels + ((size_t)run->y * m->side + run->x) * MASK_CHANNELS;
@@ -82,8 +83,8 @@ static void shade(void *ctx, const ss_raster_run *run) {
     }
 }
 
-/* words: per_texel, near. Of what begins alike the first, where C takes the edge that is less deep: they
- * begin alike where they are alike. */
+/* words: per_texel, near. Of what begins alike the first, where C takes the edge that is less deep:
+ * they begin alike where they are alike. */
 static const char offer_glsl[] = SS_RIM_GLSL
     "bool offer(uint tag, ivec2 texel, vec4 varied, precise out float key, out vec4 value) {\n"
     "    float edge = varied.y;\n"
@@ -344,8 +345,8 @@ static inline const float *place(const asked *a, double x, double y) {
     return texel_of(a, cell_of(a, x), cell_of(a, y));
 }
 
-/* d_o: the mean over the volumes that hold the point, in a region as wide as the filter of the one at
- * hand. */
+/* d_o: the mean over the volumes that hold the point, in a region as wide as the filter of the one
+ * at hand. */
 static double mean_edge(const asked *a, const float *texel) {
     const double gap = (double)a->h - texel[MASK_EDGE];
     double sum = 0;
@@ -363,8 +364,8 @@ static double mean_edge(const asked *a, const float *texel) {
     return n ? sum / n : texel[MASK_EDGE];
 }
 
-/* Where on the map the light's place (s, t) is seen past something h_r - h = 1 away, and how far it is
- * from the light's centre, in radii. */
+/* Where on the map the light's place (s, t) is seen past something h_r - h = 1 away, and how far it
+ * is from the light's centre, in radii. */
 typedef struct aim {
     double x, y, away;
 } aim;
@@ -373,8 +374,8 @@ static inline bool before_light(const asked *a, const float *texel, const aim *a
     return a->mask->paper || (double)a->h - texel[MASK_SURFACE] >= at->away * gap;
 }
 
-/* Does what is in a texel hide that place? If it is too near to the point to stand before it, what is as
- * near as that has to: the thing itself, or nothing but a slope the point lies on. */
+/* Does what is in a texel hide that place? If it is too near to the point to stand before it, what
+ * is as near as that has to: the thing itself, or nothing but a slope the point lies on. */
 static inline float open_at(const asked *a, const float *texel, const aim *at) {
     if (!(texel[MASK_COMPARED] < a->h)) return 1;
     if (before_light(a, texel, at, a->gap)) return 0;
@@ -390,7 +391,7 @@ static inline double lower_of(double x) {
     return whole > x ? whole - 1 : whole;
 }
 
-/* One tap at (s, t) on the light, compared with four texels: the filter that graphics hardware has. */
+/* One tap at (s, t) on the light, compared with four texels: graphics hardware's filter. */
 static float tap(const asked *a, double s, double t, double away) {
     const aim at = {a->from_light[0][0] * s + a->from_light[0][1] * t,
                     a->from_light[1][0] * s + a->from_light[1][1] * t, away};
@@ -413,8 +414,8 @@ static uint64_t hash_of(const asked *a) {
 
 #define PLACES 64 /* of taps that are found at once: nothing about them has to be guessed */
 
-/* Places on the light of taps from k on, n x n cells, a tap anywhere in each (5.2), and how far they are
- * from its centre. */
+/* Places on the light of taps from k on, n x n cells, a tap anywhere in each (5.2), and how far
+ * they are from its centre. */
 static void find_places(const asked *a, bool disk, uint64_t hash, uint32_t k, uint32_t count,
                         double place[PLACES][3]) {
     const uint32_t n = a->mask->taps;
@@ -532,9 +533,9 @@ static softshadow_status finish(const ss_stage *stage, const void *state, const 
     "    return mix64(x, 31);\n" \
     "}\n"
 
-/* words[1] to [6]: taps, the seed's halves, paper, is the light a disk, how many numbers its profile has.
- * Where a tap or an edge's depth is looked up on the line between two texels, floats may take the other.
- * The sign bit says that the point was in the mask. */
+/* words[1] to [6]: taps, the seed's halves, paper, is the light a disk, how many numbers its
+ * profile has. Where a tap or an edge's depth is looked up on the line between two texels, floats
+ * may take the other. The sign bit says that the point was in the mask. */
 static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LAMP_VIEW_GLSL HASH_GLSL
     "layout(std430, binding = 6) readonly buffer Profile { float profile[]; };\n"
     "struct Asked { vec3 look; uint base; mat2 from_light; float gap; };\n"

@@ -1,23 +1,25 @@
 /* penumbra-volume: volumes around the penumbrae of silhouette edges, and the light cut by the edge.
  *
- * based on: [Cou05] chapter 4: inner and outer volumes (4.1.2), the depth map of the volumes and the
- * two maps of end points, drawn in one pass (4.1.3), the light cut by the plane through point and edge
- * (4.2, listing 4.2), the light divided in sub-lights against the single-silhouette artefact (4.3, in
- * parts.c). Differs, and why:
- * - The thesis cuts a disk that stands perpendicular to the cutting plane and adds 3 k^2 - 2 k^3; its
- *   equation 4.1 as printed is that of the hidden part. Here the light's own shape is cut: a disk along
- *   the line in which the plane meets it, a sphere's disk as the point sees it. falloff=paper does as
- *   the thesis.
- * - Its volumes are mitred: they meet where the planes of neighbouring edges do, and at a corner the
- *   shadow of either edge goes on for ever. Between the volumes of two edges there is a piece of a disc
- *   around the vertex instead, and what cuts the light there is a line through the vertex across the
- *   way to the point. Under falloff=paper the piece is divided as by a mitre.
- * - Where volumes overlap in the map the thesis keeps the nearest one, whatever it belongs to. Here the
- *   edge is kept that passes nearest to the light's centre, in light radii, as the texel's receiver sees
- *   it; silhouettes that something nearer hides, and the sides of volumes that are not before anything,
- *   are left out. Points below a surface that the light past the edge falls on are dark. Likewise.
- * - Depths are h of map/frame.h, in which volumes are planar in perspective, too; the map is a little
- *   wider than the penumbra, and the result is filtered over 2 x 2 texels: never depths or end points.
+ * based on: [Cou05] chapter 4: inner and outer volumes (4.1.2), the depth map of the volumes and
+ * the two maps of end points, drawn in one pass (4.1.3), the light cut by the plane through point
+ * and edge (4.2, listing 4.2), the light divided in sub-lights against the single-silhouette
+ * artefact (4.3, in parts.c). Differs, and why:
+ * - The thesis cuts a disk that stands perpendicular to the cutting plane and adds 3 k^2 - 2 k^3;
+ *   its equation 4.1 as printed is that of the hidden part. Here the light's own shape is cut: a
+ *   disk along the line in which the plane meets it, a sphere's disk as the point sees it.
+ *   falloff=paper does as the thesis.
+ * - Its volumes are mitred: they meet where the planes of neighbouring edges do, and at a corner
+ *   the shadow of either edge goes on for ever. Between the volumes of two edges there is a piece
+ *   of a disc around the vertex instead, and what cuts the light there is a line through the vertex
+ *   across the way to the point. Under falloff=paper the piece is divided as by a mitre.
+ * - Where volumes overlap in the map the thesis keeps the nearest one, whatever it belongs to. Here
+ *   the edge is kept that passes nearest to the light's centre, in light radii, as the texel's
+ *   receiver sees it; silhouettes that something nearer hides, and the sides of volumes that are
+ *   not before anything, are left out. Points below a surface that the light past the edge falls on
+ *   are dark. Likewise.
+ * - Depths are h of map/frame.h, in which volumes are planar in perspective, too; the map is a
+ *   little wider than the penumbra, and the result is filtered over 2 x 2 texels: never depths or
+ *   end points.
  */
 #include <math.h>
 #include <string.h>
@@ -31,13 +33,14 @@
 #include "technique/parts.h"
 #include "technique/rim.h"
 
-/* A texel: the depth at which its volume begins (SS_MAP_FAR: none); the depth at which it ends, where
- * a surface takes what light there is; and the edge, end by end in local coordinates, the occluder on
- * its left as the light sees it. */
+/* A texel: the depth at which its volume begins (SS_MAP_FAR: none); the depth at which it ends,
+ * where a surface takes what light there is; and the edge, end by end in local coordinates, the
+ * occluder on its left as the light sees it. */
 enum { VOLUME_DEPTH, VOLUME_END, VOLUME_FROM, VOLUME_TO = VOLUME_FROM + 3, VOLUME_CHANNELS = 8 };
 
-/* How much wider volumes are drawn than half a penumbra: an edge that sinks along its way has a wider
- * one, and so has a sphere that is near. And texels on top, because a place between four asks all. */
+/* How much wider volumes are drawn than half a penumbra: an edge that sinks along its way has a
+ * wider one, and so has a sphere that is near. And texels on top, because a place between four asks
+ * all. */
 #define WIDER    1.25
 #define RAISE    2
 #define SLOPE    1.5 /* texels to either side: the hard shadow's depths are the deepest there */
@@ -75,8 +78,8 @@ typedef struct offer {
 } offer;
 
 /* Does the volume stand before anything here? Inside, the occluder has to cover the texel; outside,
- * there has to be a receiver that the penumbra has begun on. At the edge snapping decides what covers
- * the texel's centre. */
+ * there has to be a receiver that the penumbra has begun on. At the edge snapping decides what
+ * covers the texel's centre. */
 static bool matters(const volumes *v, const offer *o, float rise) {
     if (o->open < o->edge - v->near) return false;
     if (o->away <= 0) return o->depth < o->edge + v->steep - v->near * o->away;
@@ -99,8 +102,8 @@ static float begin_of(const volumes *v, const offer *o, float rise) {
     return covered && !v->paper && o->depth > begin ? o->depth : begin;
 }
 
-/* Where the volume ends for good: outside on the surface in the map, inside on the one that light past
- * the edge falls on; there it may have sunk on its way. */
+/* Where the volume ends for good: outside on the surface in the map, inside on the one that light
+ * past the edge falls on; there it may have sunk on its way. */
 static float end_of(const volumes *v, const offer *o) {
     const float sunk = o->edge + v->steep;
     if (v->paper || (o->away <= 0 && o->open == SS_MAP_FAR)) return SS_MAP_FAR;
@@ -127,8 +130,8 @@ static inline float deepest(const volumes *v, float edge) {
     return (gap > v->near ? gap : v->near) * (1 + 0x1p-16f);
 }
 
-/* A disc (where more than two edges meet) is inside where it is covered; on a vertex the edges that meet
- * there have what there is. */
+/* A disc (where more than two edges meet) is inside where it is covered; on a vertex the edges that
+ * meet there have what there is. */
 static void shade(void *ctx, const ss_raster_run *run) {
     const volumes *v = ctx;
     const size_t first = (size_t)run->y * v->side + run->x;
@@ -233,7 +236,8 @@ static void ends_of(const volumes *v, const ss_rim_edge *edge, float ends[6]) {
     }
 }
 
-/* A line through a vertex with `outwards` on its right, as long as a map's side, which floats hold well. */
+/* A line through a vertex with `outwards` on its right, as long as a map's side, which floats hold
+ * well. */
 static void ends_across(const volumes *v, const ss_rim_vertex *at, const double outwards[2],
                         float ends[6]) {
     const double reach = v->mirrored ? -(double)v->side : v->side;
@@ -241,7 +245,8 @@ static void ends_across(const volumes *v, const ss_rim_vertex *at, const double 
     lift(v->frame, at->x - reach * outwards[1], at->y + reach * outwards[0], at->h, ends + 3);
 }
 
-/* The mitre of [Cou05] figure 4.2: of a corner's two edges the one on whose side of it the place is. */
+/* The mitre of [Cou05] figure 4.2: of a corner's two edges the one on whose side of it the place
+ * is. */
 static void mitre(const volumes *v, const ss_rim_vertex *at, const double place[2], float ends[6]) {
     double farthest = -1;
     if (at->in == SS_RIM_NONE || at->out == SS_RIM_NONE) return;
@@ -460,7 +465,8 @@ typedef struct asked {
     float seen;
 } asked;
 
-/* Listing 4.2: a point in a volume sees what the edge leaves of the light; else the shadow map decides.
+/* Listing 4.2: a point in a volume sees what the edge leaves of the light; else the shadow map
+ * decides.
  */
 static float alone(asked *a, const float *texel, float depth) {
     const float hard = depth < a->h ? 0 : 1;
@@ -499,8 +505,8 @@ static void answer(const ss_light_maps *maps, const ss_looks *looks, size_t n, f
     }
 }
 
-/* words[1] to [4]: paper, radius, is it a sphere, a sun. A face's: lift's 16, the light's centre, its
- * normal. */
+/* words[1] to [4]: paper, radius, is it a sphere, a sun. A face's: lift's 16, the light's centre,
+ * its normal. */
 static const char glsl[] = SS_LIGHT_MAPS_GLSL SS_LIGHT_LIFT_GLSL
     "float cut(uint face, vec3 from_end, vec3 to_end, vec3 point) {\n"
     "    vec3 normal = word3(face, 19u);\n"

@@ -1,12 +1,13 @@
 /* Ray tracing: shadow rays to a low-discrepancy set of samples on the light [CPC84].
  *
  * The set is turned for each point by a hash of where the point lies relative to the light, so a
- * result is a pure function of the point. Rays are spent only where something can be between a point
- * and the light: a group of nearby points with an empty shaft is settled at once, and what lies below
- * a horizon is hidden without a ray. Float arithmetic never sees a face near the point: trace/contact.h.
+ * result is a pure function of the point. Rays are spent only where something can be between a
+ * point and the light: a group of nearby points with an empty shaft is settled at once, and what
+ * lies below a horizon is hidden without a ray. Float arithmetic never sees a face near the point:
+ * trace/contact.h.
  *
- * The error bound is Wilson's score interval [Wil27] at 99.9 %: it holds for independent samples of any
- * scene; these sets do better on most, and on none could be shown to do worse. */
+ * The error bound is Wilson's score interval [Wil27] at 99.9 %: it holds for independent samples of
+ * any scene; these sets do better on most, and on none could be shown to do worse. */
 #include "technique/raytrace.h"
 
 #include <math.h>
@@ -27,14 +28,16 @@
 #define FAR 4.0          /* casters fill [-1, 1]: beyond this, floats would be too coarse to start from */
 #define CLEAR_SHARE 0.9  /* of contact.clear: the origin is rounded, too */
 #define END_GAP 0x1p-21  /* rounding of floats at the light's end, local units: trace/contact.h */
-/* Triangles across a packet, up to which it is traced as one. Time of that over rays for themselves:
- * width             1     1.7    2.6    3.4    4.6    5.8    6.1    6.8    7.7    8.2    8.5   14     20
+/* Triangles across a packet, up to which it is traced as one. Time of that over rays for
+ * themselves:
+ * width             1 1.7 2.6 3.4 4.6 5.8 6.1 6.8 7.7 8.2 8.5 14 20
  * 2,000 leaves     .62    .89    .98   1.20   1.13          1.19
- * 20,000 leaves           .71    .86          1.10                                1.34          1.80
+ * 20,000 leaves           .71 .86 1.10 1.34 1.80
  * bunny 70k                                                 .87           1.13
  * spheres 80k                                                      .95           .97
- * dragons 202k, 871k                                  .81                                .87  1.07   1.03
- * On a surface neighbours hide the same; loose triangles leave a packet's rays to go on one by one. */
+ * dragons 202k, 871k                                  .81 .87 1.07 1.03
+ * On a surface neighbours hide the same; loose triangles leave a packet's rays to go on one by
+ * one. */
 #define COHERENT       7
 #define COHERENT_LOOSE 3
 #define NORMAL_999 3.2905267314919255 /* two-sided 99.9 % of the normal distribution */
@@ -47,8 +50,8 @@ typedef struct state {
     double spread; /* a packet's share of the light's width */
 } state;
 
-/* The few triangles that could be between a group of points and the light; count > MOST_SUSPECTS: too
- * many to look at one by one. */
+/* The few triangles that could be between a group of points and the light; count > MOST_SUSPECTS:
+ * too many to look at one by one. */
 typedef struct suspects {
     size_t count;
     uint32_t triangle[MOST_SUSPECTS];
@@ -155,7 +158,8 @@ static uint32_t hidden(const eye *e, const float s[PACKET], const float t[PACKET
 
 /* ---- One point ---- */
 
-/* Where the point is, to 2^-20 of the casters' size, relative to the light: symmetric in the axes. */
+/* Where the point is, to 2^-20 of the casters' size, relative to the light: symmetric in the
+ * axes. */
 static uint64_t hash_of(const eye *e) {
     const ss_light *light = e->stage->light;
     uint64_t sum = e->stage->params->seed;
@@ -181,7 +185,8 @@ static double reach_along(const ss_view *view, const double normal[3]) {
 
 typedef enum sight { ALL, NONE, SOME } sight;
 
-/* What the normal's horizon leaves of the light; margins cover rounding, the samples decide there. */
+/* What the normal's horizon leaves of the light; margins cover rounding, the samples decide
+ * there. */
 static sight horizon(eye *e, const ss_point *point) {
     e->normal = NULL;
     for (int k = 0; k < 3; k++) e->unit_normal[k] = point->normal[k];
@@ -200,9 +205,9 @@ static void span(const ss_view *view, const double n[3], double *low, double *hi
     *low = middle - reach, *high = middle + reach;
 }
 
-/* Can the triangle (corners relative to the point) not block any of the light? Certain when true: it is
- * so if the point and the light are on one side of its plane, or if a plane through the point and one
- * of its edges has the light on the other side. */
+/* Can the triangle (corners relative to the point) not block any of the light? Certain when true:
+ * it is so if the point and the light are on one side of its plane, or if a plane through the point
+ * and one of its edges has the light on the other side. */
 static bool is_aside(const ss_view *view, const double v[3][3]) {
     const double margin = 0x1p-46; /* of sines: 64 roundings of doubles */
     double one[3], two[3], normal[3], low, high;
@@ -245,9 +250,9 @@ static bool is_open(const eye *e) {
 }
 
 /* Where floats see a segment meet a plane that holds its origin: at its height above it, which is
- * rounding only, over the sine of the angle between them. Floats know a triangle's plane the worse the
- * thinner it is: its normal comes from edges whose rounding is one of the corners' distances, and the
- * height of the origin from a corner as far away as that. */
+ * rounding only, over the sine of the angle between them. Floats know a triangle's plane the worse
+ * the thinner it is: its normal comes from edges whose rounding is one of the corners' distances,
+ * and the height of the origin from a corner as far away as that. */
 static bool meets(const eye *e, uint32_t triangle) {
     double v[3][3], one[3], two[3], three[3], normal[3], low, high, longest = 0;
     ss_world_triangle(e->stage->world, triangle, v);
@@ -362,8 +367,8 @@ static double sampled(eye *e, double *bound, ss_counts *counts) {
 static bool slipped_through(const eye *e) {
     uint32_t triangle[LINE_MOST];
     const ss_stage *stage = e->stage;
-    const size_t found = ss_bvh_shaft(stage->bvh, stage->light, e->contact.p, e->contact.p, triangle,
-                                      LINE_MOST);
+    const size_t found =
+        ss_bvh_shaft(stage->bvh, stage->light, e->contact.p, e->contact.p, triangle, LINE_MOST);
     double d[3];
     direction_to(e, 0, 0, d);
     for (size_t i = 0; i < found && found <= LINE_MOST; i++) {
@@ -483,14 +488,15 @@ static softshadow_status query(const ss_stage *stage, const void *made, const ss
     return SOFTSHADOW_OK;
 }
 
-/* RMS errors over penumbra points of the spiral and the lattice, against 8,192 Sobol' samples, lights
+/* RMS errors over penumbra points of the spiral and the lattice, against 8,192 Sobol' samples,
+ * lights
  * three scene radii away:                  N =   16     64     256    1024   fit
  *   69,666-triangle bunny, light of .3 radii    .040   .014   .0047  .0017  .34 N^-.78
  *   the same, light as large as the bunny       .043   .015   .0050  .0020  .36 N^-.76
  *   2,000 leaves, light of .3 radii             .075   .027   .0100  .0037  .56 N^-.72
  *   the same, light as large as their ball      .086   .037   .0149  .0057  .56 N^-.66
- * The third is taken: surfaces get less error than asked for, dense foliage before a very large light
- * up to 1.5 times more. */
+ * The third is taken: surfaces get less error than asked for, dense foliage before a very large
+ * light up to 1.5 times more. */
 uint32_t ss_raytrace_samples(double tolerance) {
     const double wanted = pow(0.56 / tolerance, 1 / 0.72);
     return (uint32_t)(ceil(fmin(fmax(wanted, 1), 0x1p20) / PACKET) * PACKET);

@@ -1,13 +1,13 @@
-/* What the engine needs of ray tracing beyond the technique's row: the truth that others are measured
- * against, by another sequence. */
+/* What the engine needs of ray tracing beyond the technique's row: the truth that others are
+ * measured against, by another sequence. */
 #ifndef SS_TECHNIQUE_RAYTRACE_H
 #define SS_TECHNIQUE_RAYTRACE_H
 
 #include "technique/technique.h"
 #include "trace/samples.h"
 
-/* A state for ss_raytrace.query and .destroy with this many samples (0: what the tolerance needs) of
- * this sequence. stage->params->seed turns it: two seeds give two independent estimates. */
+/* A state for ss_raytrace.query and .destroy with this many samples (0: what the tolerance needs)
+ * of this sequence. stage->params->seed turns it: two seeds give two independent estimates. */
 softshadow_status ss_raytrace_prepare(const ss_stage *stage, uint32_t samples,
                                       ss_sequence sequence, void **state);
 

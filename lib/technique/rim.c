@@ -175,7 +175,8 @@ typedef struct hiding {
 
 /* On a closed body half of the silhouette: offers would refuse every texel of it. */
 static bool edge_hidden(const hiding *h, const ss_rim_edge *edge) {
-    const ss_rim_vertex *a = &h->rim->vertex[edge->vertex[0]], *b = &h->rim->vertex[edge->vertex[1]];
+    const ss_rim_vertex *a = &h->rim->vertex[edge->vertex[0]],
+                        *b = &h->rim->vertex[edge->vertex[1]];
     const float right[2] = {(float)edge->along[1], (float)-edge->along[0]};
     if (!(edge->length > 0 && edge->length < 1024)) return false; /* end on: nothing to look along */
     const int steps = 1 + (int)(2 * edge->length);
@@ -258,9 +259,9 @@ static void triangle(artist *a, const spot *p, const spot *q, const spot *r, uin
     }
 }
 
-/* Towards where a strip leaves its edge: the outside is on the right. Circles of radii r0, r1 around
- * the ends touch a line with normal m where m . along = (r0 - r1) / length; false: one circle holds the
- * other, and there is no strip. */
+/* Towards where a strip leaves its edge: the outside is on the right. Circles of radii r0, r1
+ * around the ends touch a line with normal m where m . along = (r0 - r1) / length; false: one
+ * circle holds the other, and there is no strip. */
 static bool leave(const ss_rim_edge *edge, double side, double r0, double r1, bool tangent,
                   double m[2]) {
     const double right[2] = {edge->along[1] * side, -edge->along[0] * side};

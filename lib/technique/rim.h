@@ -1,4 +1,5 @@
-/* Silhouettes in map coordinates, and the strips and corner pieces that penumbrae are drawn with. */
+/* Silhouettes in map coordinates, and the strips and corner pieces that penumbrae are drawn
+ * with. */
 #ifndef SS_TECHNIQUE_RIM_H
 #define SS_TECHNIQUE_RIM_H
 
@@ -27,10 +28,10 @@ typedef struct ss_rim_edge {
     double length;
 } ss_rim_edge;
 
-/* A lamp that is a sphere, seen away from the frame's axis: the plane through a point and an edge cuts
- * it as its distance from the lamp's centre says; on the frame's reference plane that is as if the
- * light were a disk wider by sqrt(1 + o^2), o the tangent at which the edge's line passes the axis.
- * Every distance below is divided by that, so that `rate` turns it into h for every light. */
+/* A lamp that is a sphere, seen away from the frame's axis: the plane through a point and an edge
+ * cuts it as its distance from the lamp's centre says; on the frame's reference plane that is as if
+ * the light were a disk wider by sqrt(1 + o^2), o the tangent at which the edge's line passes the
+ * axis. Every distance below is divided by that, so that `rate` turns it into h for every light. */
 typedef struct ss_rim {
     ss_rim_vertex *vertex;
     ss_rim_edge *edge;
@@ -39,12 +40,14 @@ typedef struct ss_rim {
     size_t rows;
 } ss_rim;
 
-/* A row: the way outwards of an edge in (X, Y), how much wider its penumbra is; the vertex's place. */
+/* A row: the way outwards of an edge in (X, Y), how much wider its penumbra is; the vertex's
+ * place. */
 enum { SS_RIM_RIGHT, SS_RIM_WIDE = 2, SS_RIM_PLACE, SS_RIM_ROW = 5 };
 
 /* The silhouette as the light's frames see it; stage needs topology and silhouettes. */
 softshadow_status ss_rim_find(const ss_stage *stage, ss_silhouette *out);
-/* What of it can matter in one frame: before the far receivers, within penumbra's reach of the map. */
+/* What of it can matter in one frame: before the far receivers, within penumbra's reach of the
+ * map. */
 softshadow_status ss_rim_build(ss_rim *out, const ss_stage *stage, const ss_silhouette *found,
                                    const ss_frame *frame, uint32_t resolution);
 void ss_rim_free(ss_rim *rim);
@@ -77,8 +80,8 @@ static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
     return square > 0 ? square / sqrtf(square + lean * lean) : 0;
 }
 
-/* Not above ss_rim_away() of anything whose attributes are within low..high; a little less, for what
- * rounding does. */
+/* Not above ss_rim_away() of anything whose attributes are within low..high; a little less, for
+ * what rounding does. */
 static inline float ss_rim_least(uint32_t tag, const float *low, const float *high) {
     const float x = low[0] > 0 ? low[0] : high[0] < 0 ? -high[0] : 0;
     if (!(tag & SS_RIM_CORNER)) return x * (1 - 0x1p-16f);
@@ -117,13 +120,13 @@ static inline ss_rim_foot ss_rim_foot_of(const ss_rim *rim, const ss_raster_run 
                          inside};
 }
 
-/* How deep light gets past a silhouette: the map's depth a little outside of a place on it, one and a
- * half texels away where its own surface has ended, or two and a half where a bend is still in the way.
- * Above the edge: something nearer hides the silhouette. */
+/* How deep light gets past a silhouette: the map's depth a little outside of a place on it, one and
+ * a half texels away where its own surface has ended, or two and a half where a bend is still in
+ * the way. Above the edge: something nearer hides the silhouette. */
 float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]);
 
-/* Edges, a byte each, past which light gets nowhere deeper than `past` below them, all along: what nearer
- * things hide, for one. *hidden is to be freed with ss_free. */
+/* Edges, a byte each, past which light gets nowhere deeper than `past` below them, all along: what
+ * nearer things hide, for one. *hidden is to be freed with ss_free. */
 softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, const float *depth,
                                      uint32_t side, float past, uint8_t **hidden);
 

@@ -2,14 +2,15 @@
  *
  * based on: [CD03], whole: construction (section 3, step 3), alpha (3.1), comparisons (step 5).
  * Differs, and why:
- * - Points are asked anywhere: a texel keeps the smoothie's depth b and what of equation 1 belongs to
- *   the blocker; the point's own distance r finishes it. Minimum blending goes by the map's receiver.
- * - The width t is by default R / b in tangent units, that of a light of radius R, for which alpha' is
- *   exactly the outer coordinate of the penumbra. A width given by the host is taken as it is. Under a
- *   sun b / r means nothing: alpha' = alpha t / ((r - b) tan(angle)).
+ * - Points are asked anywhere: a texel keeps the smoothie's depth b and what of equation 1 belongs
+ *   to the blocker; the point's own distance r finishes it. Minimum blending goes by the map's
+ *   receiver.
+ * - The width t is by default R / b in tangent units, that of a light of radius R, for which alpha'
+ *   is exactly the outer coordinate of the penumbra. A width given by the host is taken as it is.
+ *   Under a sun b / r means nothing: alpha' = alpha t / ((r - b) tan(angle)).
  * - The sinusoid only under falloff=paper.
- * - The mean normal where more than two edges meet is that of the smoothies, not of the faces: faces of
- *   a soup have none that means something. */
+ * - The mean normal where more than two edges meet is that of the smoothies, not of the faces:
+ *   faces of a soup have none that means something. */
 #include <math.h>
 
 #include "technique/map_techniques.h"
@@ -49,8 +50,8 @@ static const char glsl[] = SS_OUTER_GLSL
     "    return words[1] == 0.0 ? away * words[0] : away * words[1] * (words[2] - blocker);\n"
     "}\n";
 
-/* t, in texels. By the light R / b: all the way to a receiver at infinity in perspective, to the far
- * receivers under a sun. Beyond those nothing is asked. */
+/* t, in texels. By the light R / b: all the way to a receiver at infinity in perspective, to the
+ * far receivers under a sun. Beyond those nothing is asked. */
 static double width(const void *ctx, const ss_rim_vertex *vertex) {
     const smoothie *s = ctx;
     if (s->wide > 0) return s->wide / s->frame->texel;

@@ -95,28 +95,30 @@ typedef struct ss_technique {
 
     /* Builds for one light; *state owns what it made. May be NULL: nothing to build. */
     softshadow_status (*build)(const ss_stage *stage, void **state);
-    /* Answers n points: visibility[i] and bound[i] (bound may be NULL) belong to points[i]. Re-entrant;
-     * scratch comes from the arena, nothing else is allocated. Points in Morton order where group > 0. */
+    /* Answers n points: visibility[i] and bound[i] (bound may be NULL) belong to points[i].
+     * Re-entrant; scratch comes from the arena, nothing else is allocated. Points in Morton order
+     * where group > 0. */
     softshadow_status (*query)(const ss_stage *stage, const void *state, const ss_point *points,
                                size_t n, float *visibility, float *bound, ss_arena *scratch,
                                ss_counts *counts);
-    /* The same for at most SS_PLACES points that have no normal, without bounds. NULL: query() for all. */
+    /* The same for at most SS_PLACES points that have no normal, without bounds. NULL: query() for
+     * all. */
     void (*query_places)(const void *state, const ss_places *places, size_t n, float *visibility,
                          ss_counts *counts);
-    /* Points that are told before query() is asked for the others, where the casters are so few: see
-     * coverage/plates.h. NULL, or gives NULL: none. *most: how wrong they may be, as ss_plates_tell has
-     * it. */
+    /* Points that are told before query() is asked for the others, where the casters are so few:
+     * see coverage/plates.h. NULL, or gives NULL: none. *most: how wrong they may be, as
+     * ss_plates_tell has it. */
     const struct ss_plates *(*plates)(const void *state, float *most);
-    /* Works over the answers to a whole image in place, on all threads, or on stage->raster. query()
-     * may mark points for it by setting the sign bit of their answers where stage->rows is set; finish()
-     * takes the marks away and brings the counts in line with what it changed. NULL: images are not
-     * special. */
+    /* Works over the answers to a whole image in place, on all threads, or on stage->raster.
+     * query() may mark points for it by setting the sign bit of their answers where stage->rows is
+     * set; finish() takes the marks away and brings the counts in line with what it changed. NULL:
+     * images are not special. */
     softshadow_status (*finish)(const ss_stage *stage, const void *state, const ss_image *image,
                                 ss_pool *pool, ss_counts *counts);
     /* The query once more for a GPU, in three parts; all NULL: the CPU only. `query_glsl` is a pure
-     * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes points to
-     * where it starts from; `horizon` adds to its answers what no map knows, counts, and marks points
-     * as query() does. */
+     * function of the tables that `tables` names (raster.h, ss_raster_question); `look` takes
+     * points to where it starts from; `horizon` adds to its answers what no map knows, counts, and
+     * marks points as query() does. */
     const char *query_glsl;
     /* Sets question->glsl to NULL where query() needs no map. */
     softshadow_status (*tables)(void *state, struct ss_raster_question *question);

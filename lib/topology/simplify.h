@@ -19,8 +19,8 @@ softshadow_status ss_simplify(ss_simplifier *s, size_t target, ss_progress *prog
 
 size_t ss_simplifier_vertices(const ss_simplifier *s);
 size_t ss_simplifier_triangles(const ss_simplifier *s);
-/* Share of the edges that were not between two triangles with the same orientation when it was made.
- * Near 1 for a soup. */
+/* Share of the edges that were not between two triangles with the same orientation when it was
+ * made. Near 1 for a soup. */
 double ss_simplifier_rim(const ss_simplifier *s);
 /* vertices x 3, triangles x 3. */
 void ss_simplifier_read(const ss_simplifier *s, float *vertices, uint32_t *triangles);

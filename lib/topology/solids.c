@@ -1,8 +1,8 @@
-/* Solids: what is left of components where more than two triangles share an edge. Meshes in use have
- * such edges: fins, two triangles back to back, and places where a surface touches itself. There the
- * uses of an edge are taken in pairs, one each way, that bound the same wedge of space: fins first,
- * then around the edge. What pairs connect is a closed surface of its own, and what is true of
- * segments that cross such a surface is true of each solid for itself. */
+/* Solids: what is left of components where more than two triangles share an edge. Meshes in use
+ * have such edges: fins, two triangles back to back, and places where a surface touches itself.
+ * There the uses of an edge are taken in pairs, one each way, that bound the same wedge of space:
+ * fins first, then around the edge. What pairs connect is a closed surface of its own, and what is
+ * true of segments that cross such a surface is true of each solid for itself. */
 #include "topology/solids.h"
 
 #include <math.h>
@@ -47,7 +47,8 @@ static uint32_t third_of(const builder *b, const ss_edge *edge, uint32_t use) {
 }
 
 static void between(const builder *b, uint32_t from, uint32_t to, double out[3]) {
-    const float *u = b->world->vertices + 3 * (size_t)from, *v = b->world->vertices + 3 * (size_t)to;
+    const float *u = b->world->vertices + 3 * (size_t)from,
+                *v = b->world->vertices + 3 * (size_t)to;
     for (int k = 0; k < 3; k++) out[k] = (double)v[k] - (double)u[k];
 }
 
@@ -95,9 +96,9 @@ static bool sort_fans(const builder *b, const ss_edge *edge, fan *fans, uint32_t
     return true;
 }
 
-/* Counterclockwise, a wedge of the inside begins behind each triangle that runs against the edge and
- * ends at one that runs along it, as brackets do: two solids that touch, one of them perhaps inside
- * out, so come apart. False where they do not match. */
+/* Counterclockwise, a wedge of the inside begins behind each triangle that runs against the edge
+ * and ends at one that runs along it, as brackets do: two solids that touch, one of them perhaps
+ * inside out, so come apart. False where they do not match. */
 static bool join_wedges(const builder *b, const ss_edge *edge, fan *fans, uint32_t count) {
     int32_t depth = 0, least = 0;
     uint32_t start = 0, begun[MOST], open = 0;

@@ -1,5 +1,5 @@
-/* Our own wide BVH over the world's triangles: for shafts (everything that could be between a box of
- * points and a light) and for the faces near a point. Built once per scene, light-independent;
+/* Our own wide BVH over the world's triangles: for shafts (everything that could be between a box
+ * of points and a light) and for the faces near a point. Built once per scene, light-independent;
  * never touches Embree, so `exact` and the maps work where Embree is missing and after fork(). */
 #ifndef SS_TRACE_BVH_H
 #define SS_TRACE_BVH_H
@@ -15,8 +15,9 @@ softshadow_status ss_bvh_build(ss_bvh **out, const ss_world *world, ss_pool *poo
 void ss_bvh_destroy(ss_bvh *bvh);
 size_t ss_bvh_bytes(const ss_bvh *bvh);
 
-/* World triangles whose (float) bounding box comes within radius of p along every axis, in ascending
- * order. Returns how many there are, or room + 1 if there are more; stores the first `room` of them. */
+/* World triangles whose (float) bounding box comes within radius of p along every axis, in
+ * ascending order. Returns how many there are, or room + 1 if there are more; stores the first
+ * `room` of them. */
 size_t ss_bvh_near(const ss_bvh *bvh, const double p[3], double radius, uint32_t *triangles,
                    size_t room);
 
@@ -25,12 +26,13 @@ size_t ss_bvh_near_box(const ss_bvh *bvh, const double low[3], const double high
                        uint32_t *triangles, size_t room);
 
 /* Could any triangle touch a segment from a point of the box (low..high, local) to the light? The
- * answer "no" is certain, including every triangle that only touches such a segment's ends or rim. */
+ * answer "no" is certain, including every triangle that only touches such a segment's ends or
+ * rim. */
 bool ss_bvh_shaft_empty(const ss_bvh *bvh, const ss_light *light, const double low[3],
                         const double high[3]);
 
-/* Which triangles could? Stores the first `room` of them that the walk finds; returns how many it found
- * before it gave up, which it does at room + 1. */
+/* Which triangles could? Stores the first `room` of them that the walk finds; returns how many it
+ * found before it gave up, which it does at room + 1. */
 size_t ss_bvh_shaft(const ss_bvh *bvh, const ss_light *light, const double low[3],
                     const double high[3], uint32_t *triangles, size_t room);
 

@@ -1,6 +1,6 @@
-/* Building the wide BVH: a binary tree by binned surface area, its top serially, the subtrees below in
- * parallel, then sixteen children at a time are pulled up into one node. Which subtrees there are
- * depends on the triangles alone, so any number of threads gives the same tree.
+/* Building the wide BVH: a binary tree by binned surface area, its top serially, the subtrees below
+ * in parallel, then sixteen children at a time are pulled up into one node. Which subtrees there
+ * are depends on the triangles alone, so any number of threads gives the same tree.
  *
  * based on: binned SAH (Wald 2007), collapsing by largest area (Dammertz et al. 2008). */
 #include <math.h>
@@ -13,7 +13,8 @@
 #define SERIAL_DEPTH 64 /* deeper than this, halves: adversarial soup must not build a list */
 #define SUBTREE 8192    /* ranges up to this are one task */
 
-/* A triangle's box. Boxes are moved about, not pointers to them: partitions then run through memory. */
+/* A triangle's box. Boxes are moved about, not pointers to them: partitions then run through
+ * memory. */
 typedef struct primitive {
     float low[3];
     uint32_t triangle;
@@ -330,7 +331,8 @@ static void find_least(ss_bvh *bvh) {
 
 static bool allocate(builder *b) {
     const size_t n = b->world->triangle_count;
-    /* Ranges at one depth are disjoint, so a depth of the top has at most n / SUBTREE inner nodes. */
+    /* Ranges at one depth are disjoint, so a depth of the top has at most n / SUBTREE inner
+     * nodes. */
     const size_t tops = 2 * SS_BVH_DEPTH * (n / SUBTREE + 1);
     b->primitives = ss_alloc(n, sizeof *b->primitives);
     b->tree = ss_alloc(2 * n + tops + 2, sizeof *b->tree);

@@ -1,5 +1,6 @@
-/* The layout of the wide BVH: what whoever walks it by himself reads. Sixteen children to a node and up
- * to sixteen triangles to a leaf, structure of arrays, so that one vector operation tests them all. */
+/* The layout of the wide BVH: what whoever walks it by himself reads. Sixteen children to a node
+ * and up to sixteen triangles to a leaf, structure of arrays, so that one vector operation tests
+ * them all. */
 #ifndef SS_TRACE_BVH_NODE_H
 #define SS_TRACE_BVH_NODE_H
 

@@ -1,11 +1,11 @@
-/* Which faces touch a point, and exact-enough tests against those that nearly do.
- * based on: [WBW13] for edge functions (here in double, and signs that are never wrong); [Eri05, 5.1.5]
- * for the regions of a triangle.
+/* Which faces touch a point, and exact-enough tests against those that nearly do. based on: [WBW13]
+ * for edge functions (here in double, and signs that are never wrong); [Eri05, 5.1.5] for the
+ * regions of a triangle.
  *
- * With a known triangle the point is put onto it, and what is within SS_TOUCH of that place touches.
- * Without, what is within the rounding of point and face (point->ulp) touches, and the point is put
- * onto the nearest of them. Either way a face whose plane holds the point cannot block: a segment
- * meets that plane at t = 0, or runs inside it. */
+ * With a known triangle the point is put onto it, and what is within SS_TOUCH of that place
+ * touches. Without, what is within the rounding of point and face (point->ulp) touches, and the
+ * point is put onto the nearest of them. Either way a face whose plane holds the point cannot
+ * block: a segment meets that plane at t = 0, or runs inside it. */
 #include "trace/contact.h"
 
 #include <math.h>
@@ -105,8 +105,8 @@ static bool over_inside(const double p[3], const double corner[3][3], const doub
     return true;
 }
 
-/* The distance, or some distance beyond `radius` if it is that. A sliver's normal is unsure by its own
- * length: there the edges count, too. */
+/* The distance, or some distance beyond `radius` if it is that. A sliver's normal is unsure by its
+ * own length: there the edges count, too. */
 static double nearest_on_triangle(const double p[3], const ss_contact_face *face, double radius,
                                   double place[3]) {
     double best = INFINITY, to[3];
@@ -206,8 +206,8 @@ static bool add_tested(const ss_world *world, ss_contact *contact, uint32_t tria
     return true;
 }
 
-/* Puts the point onto the nearest face it touches, unless it is `known` to lie on one, and lists the
- * faces. */
+/* Puts the point onto the nearest face it touches, unless it is `known` to lie on one, and lists
+ * the faces. */
 static void settle(const ss_world *world, const nearby *near, uint32_t known,
                    ss_contact *contact) {
     uint32_t tested[SS_NEAR_MOST];
@@ -243,7 +243,8 @@ void ss_contact_find(const ss_bvh *bvh, const ss_world *world, const ss_point *p
     settle(world, &near, known, contact);
 }
 
-/* Which of them are within the radius of the face's box, and not farther than that from its plane? */
+/* Which of them are within the radius of the face's box, and not farther than that from its
+ * plane? */
 static uint16_t near_face(const ss_contact_face *face, const ss_contact_crowd *crowd,
                           double radius) {
     const double *n = face->normal, *x = crowd->at[0], *y = crowd->at[1], *z = crowd->at[2];

@@ -2,8 +2,8 @@
  * never detaches, at any scale and without an epsilon the user would have to tune.
  *
  * Faces NEAR a point (within the rounding of float coordinates and some) are never left to float
- * arithmetic: they are listed here and tested in double against the positions as the host gave them.
- * Of those, faces that TOUCH the point do not occlude at all. */
+ * arithmetic: they are listed here and tested in double against the positions as the host gave
+ * them. Of those, faces that TOUCH the point do not occlude at all. */
 #ifndef SS_TRACE_CONTACT_H
 #define SS_TRACE_CONTACT_H
 
@@ -11,11 +11,11 @@
 #include "scene/scene.h"
 #include "trace/bvh.h"
 
-/* How near is near, in local units (casters fill [-1, 1]). Rounding a vertex and the origin to float
- * moves each by 2^-25 along an axis, the robust triangle test adds a few 2^-24 of the distances it
- * subtracts: together below 2^-20, so that floats decide rightly on which side of a face that is not
- * near a point lies. Eight times that: segments may then begin so far out that most never meet the
- * face they start on, and need nobody to take that hit back. */
+/* How near is near, in local units (casters fill [-1, 1]). Rounding a vertex and the origin to
+ * float moves each by 2^-25 along an axis, the robust triangle test adds a few 2^-24 of the
+ * distances it subtracts: together below 2^-20, so that floats decide rightly on which side of a
+ * face that is not near a point lies. Eight times that: segments may then begin so far out that
+ * most never meet the face they start on, and need nobody to take that hit back. */
 #define SS_NEAR 0x1p-17
 /* Two positions this near are one: rounding of the doubles in which contact is computed. */
 #define SS_TOUCH 0x1p-49
@@ -24,9 +24,9 @@
 
 typedef struct ss_contact {
     double p[3];                     /* the point, put onto the nearest face it touches */
-    /* Faces nearer than this are all in `near`: a segment in float arithmetic may begin so far from p.
-     * Where more than SS_NEAR_MOST faces are near (a tangle below the input's own precision), the
-     * farthest of them are listed nowhere, and what they hide within this distance is lost. */
+    /* Faces nearer than this are all in `near`: a segment in float arithmetic may begin so far from
+     * p. Where more than SS_NEAR_MOST faces are near (a tangle below the input's own precision),
+     * the farthest of them are listed nowhere, and what they hide within this distance is lost. */
     double clear;
     uint32_t near_count;             /* faces that engines must skip: */
     uint32_t near[SS_NEAR_MOST];     /* first those that cannot occlude, then those ... */
@@ -45,8 +45,8 @@ static inline bool ss_contact_lists(const ss_contact *contact, uint32_t triangle
     return false;
 }
 
-/* Faces read for one point serve its neighbours: SS_CONTACT_CACHE of them, zeroed by the caller, or NULL.
- * A cache changes no answer. */
+/* Faces read for one point serve its neighbours: SS_CONTACT_CACHE of them, zeroed by the caller, or
+ * NULL. A cache changes no answer. */
 #define SS_CONTACT_CACHE 256
 typedef struct ss_contact_face {
     double corner[3][3], normal[3];

@@ -8,8 +8,9 @@
 
 #define PADDING 4     /* floats that may be read behind the last vertex, as in ss_world */
 #define DEVIATIONS 4  /* of RMS distance: what a level is taken to be off by */
-/* A second level of a scene with fewer triangles saves nothing, as the first is quick to walk: of the
- * dragon with 48,000 that of 712 makes the RMS error at 1/64 .0162 in place of .0098 (medium light). */
+/* A second level of a scene with fewer triangles saves nothing, as the first is quick to walk: of
+ * the dragon with 48,000 that of 712 makes the RMS error at 1/64 .0162 in place of .0098 (medium
+ * light). */
 #define FEWEST 1024
 
 /* Level k of a mesh, or the coarsest it has; NULL: the mesh itself. */

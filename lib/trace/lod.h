@@ -1,5 +1,5 @@
-/* The scene at coarser levels, each a world and a BVH of its own in the same local coordinates: what
- * may stand for the casters far enough in front of a group of points. */
+/* The scene at coarser levels, each a world and a BVH of its own in the same local coordinates:
+ * what may stand for the casters far enough in front of a group of points. */
 #ifndef SS_TRACE_LOD_H
 #define SS_TRACE_LOD_H
 
@@ -13,8 +13,8 @@
 typedef struct ss_lod_level {
     ss_world *world;  /* meshes without such a level are in it as fine as they have it */
     ss_bvh *bvh;
-    /* How far its surface is from the casters', local units: as good as everywhere, 4 x the RMS distance
-     * of the mesh that strays most; and at most, as far as that was measured. */
+    /* How far its surface is from the casters', local units: as good as everywhere, 4 x the RMS
+     * distance of the mesh that strays most; and at most, as far as that was measured. */
     double deviation, deviation_max;
 } ss_lod_level;
 

@@ -37,8 +37,8 @@ static void corner_of(const builder *b, uint32_t triangle, int corner, double ou
     for (int k = 0; k < 3; k++) out[k] = v[k];
 }
 
-/* The side of a face that all of the light is on, by more than floats would misjudge. What is before a
- * sphere's polar plane lies between the point and the sphere, too. */
+/* The side of a face that all of the light is on, by more than floats would misjudge. What is
+ * before a sphere's polar plane lies between the point and the sphere, too. */
 static uint8_t side_of_light(const ss_light *light, const double n[3], const double corner[3]) {
     const bool sun = light->type == SOFTSHADOW_SUN;
     const double u = ss_dot(n, light->u), v = ss_dot(n, light->v);
@@ -241,8 +241,8 @@ static bool any_tested(const builder *b, uint32_t first, uint32_t last) {
 }
 
 /* Which faces of each solid need not be drawn. Closed by sums is not enough: two solids glued along
- * an edge, one of them inside out, are closed, too; so where an edge has more than two uses it is the
- * solids of connectivity.h that are asked. */
+ * an edge, one of them inside out, are closed, too; so where an edge has more than two uses it is
+ * the solids of connectivity.h that are asked. */
 static bool find_solids(builder *b) {
     const ss_topology *t = b->topology;
     const ss_component *solids = t->solids ? t->solids : t->components;
@@ -266,7 +266,8 @@ static bool find_solids(builder *b) {
 
 static uint8_t drop_of(const builder *b, uint32_t triangle) {
     const ss_topology *t = b->topology;
-    const uint32_t solid = t->solids ? t->triangle_solid[triangle] : t->triangle_component[triangle];
+    const uint32_t solid =
+        t->solids ? t->triangle_solid[triangle] : t->triangle_component[triangle];
     return solid == SS_NO_COMPONENT ? SS_DRAW_BOTH : b->drop[solid];
 }
 

@@ -24,8 +24,8 @@ typedef struct ss_outline_node {
     float axis[3][SS_BVH_WIDTH], cosine[SS_BVH_WIDTH], sine[SS_BVH_WIDTH];
     uint32_t first[SS_BVH_WIDTH], count[SS_BVH_WIDTH]; /* boundary uses */
     uint32_t whole; /* a bit for each child whose boundary may stand for it, and is worth it */
-    /* Bits for children all of whose faces need not be drawn where they show their front, or back: that
-     * of a solid is left to others, or all of the light is on that side, too. */
+    /* Bits for children all of whose faces need not be drawn where they show their front, or back:
+     * that of a solid is left to others, or all of the light is on that side, too. */
     uint16_t drop_front, drop_back;
     uint32_t unused[14];
 } ss_outline_node;

@@ -58,8 +58,8 @@ _Static_assert(offsetof(ss_segments, t_end) == offsetof(struct RTCRay16, tfar), 
 
 /* ---- Loading ---- */
 
-/* Loaded for good: threads of TBB below Embree must never find their code gone. RTLD_LOCAL and dlsym
- * on the handle: a host that exports its own rtc functions would capture ours otherwise. */
+/* Loaded for good: threads of TBB below Embree must never find their code gone. RTLD_LOCAL and
+ * dlsym on the handle: a host that exports its own rtc functions would capture ours otherwise. */
 static softshadow_status load(const char *library, embree *rtc) {
     void *handle = dlopen(library, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) {
@@ -154,8 +154,8 @@ static bool on_memory(void *user, ssize_t bytes, bool post) {
     return true;
 }
 
-/* What a commit takes at its peak: 85 to 113 bytes a triangle for grids and soups of 128 to 524,288,
- * by Embree 3.13's own count. */
+/* What a commit takes at its peak: 85 to 113 bytes a triangle for grids and soups of 128 to
+ * 524,288, by Embree 3.13's own count. */
 static softshadow_status see_memory_coming(const ss_rays *rays) {
     const size_t triangles = rays->count;
     if (can_have(128 * triangles + (64 << 10))) return SOFTSHADOW_OK;
@@ -299,8 +299,8 @@ static bool is_ignored(const question *asked, uint32_t triangle) {
     return false;
 }
 
-/* Takes back the hits that do not block. A hit is rows of N: Ng x y z, u, v, primitive, ... (Embree's
- * accessors are C++ only). */
+/* Takes back the hits that do not block. A hit is rows of N: Ng x y z, u, v, primitive, ...
+ * (Embree's accessors are C++ only). */
 static void filter(const struct RTCFilterFunctionNArguments *arguments) {
     const question *asked = (const question *)arguments->context;
     const unsigned n = arguments->N;
@@ -317,7 +317,8 @@ static void filter(const struct RTCFilterFunctionNArguments *arguments) {
     }
 }
 
-/* Four lanes at once, in the compiler's own vectors: sixteen rays cost 150 ns, their checks must not. */
+/* Four lanes at once, in the compiler's own vectors: sixteen rays cost 150 ns, their checks must
+ * not. */
 typedef float floats __attribute__((vector_size(16)));
 typedef int ints __attribute__((vector_size(16)));
 

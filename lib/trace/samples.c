@@ -1,8 +1,8 @@
-/* Low-discrepancy sets on a disk and on a square.
- * based on: [Vog79], the sunflower spiral: radius sqrt((i + x)/N), angle i times the golden angle, with
- * x and the first angle random for each point; its square cousin, the lattice (i/N, i/phi) mod 1 with
- * a random shift [CP76]; and for the judge the (0,2)-sequence of [Sob67] under the hashed nested
- * scrambling of [LK11], as [Bur20] writes it. */
+/* Low-discrepancy sets on a disk and on a square. based on: [Vog79], the sunflower spiral: radius
+ * sqrt((i + x)/N), angle i times the golden angle, with x and the first angle random for each
+ * point; its square cousin, the lattice (i/N, i/phi) mod 1 with a random shift [CP76]; and for the
+ * judge the (0,2)-sequence of [Sob67] under the hashed nested scrambling of [LK11], as [Bur20]
+ * writes it. */
 #include "trace/samples.h"
 
 #include <math.h>
@@ -37,7 +37,8 @@ static uint32_t reversed(uint32_t x) {
     return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
 }
 
-/* The second coordinate of the (0,2)-sequence: direction numbers are rows of Pascal's triangle mod 2. */
+/* The second coordinate of the (0,2)-sequence: direction numbers are rows of Pascal's triangle mod
+ * 2. */
 static uint32_t sobol_second(uint32_t i) {
     uint32_t bits = 0;
     for (uint32_t v = 1u << 31; i; i >>= 1, v ^= v >> 1) {

@@ -22,16 +22,16 @@ void ss_samples_destroy(ss_samples *samples);
 uint32_t ss_samples_count(const ss_samples *samples);
 size_t ss_samples_bytes(const ss_samples *samples);
 
-/* How one point turns the set. Over all hashes each sample is uniform on the light, so that the mean
- * is right without bias. */
+/* How one point turns the set. Over all hashes each sample is uniform on the light, so that the
+ * mean is right without bias. */
 typedef struct ss_turn {
     float cosine, sine, x, y;
     uint32_t scramble[2];
 } ss_turn;
 ss_turn ss_samples_turn(uint64_t hash);
 
-/* Samples first .. first + 15 (first a multiple of 16), which lie close together on the light; those from
- * count on are copies of the last: mask them. */
+/* Samples first .. first + 15 (first a multiple of 16), which lie close together on the light;
+ * those from count on are copies of the last: mask them. */
 void ss_samples_get(const ss_samples *samples, const ss_turn *turn, uint32_t first, float s[16],
                     float t[16]);
 

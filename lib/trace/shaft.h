@@ -27,8 +27,8 @@ typedef struct ss_shaft_frame {
 void ss_shaft_frame_make(ss_shaft_frame *frame, const ss_light *light, const double low[3],
                          const double high[3]);
 
-/* The shaft from a box, or more tightly from `count` points in it (at: their x, y, z; NULL: all of the
- * box), within the frame's. extent: the largest |coordinate| of what will be tested. */
+/* The shaft from a box, or more tightly from `count` points in it (at: their x, y, z; NULL: all of
+ * the box), within the frame's. extent: the largest |coordinate| of what will be tested. */
 void ss_shaft_in_frame(ss_shaft *shaft, const ss_shaft_frame *frame, const ss_light *light,
                        double extent, const double low[3], const double high[3],
                        const double *const at[3], size_t count);

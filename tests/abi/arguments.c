@@ -352,8 +352,8 @@ static void sizes_of_1_0(void **state) {
 /* ---- Numbers
  * ------------------------------------------------------------------------------------*/
 
-/* Room for `count` answers with little memory behind it: all but the last page are the same few pages,
- * again and again. */
+/* Room for `count` answers with little memory behind it: all but the last page are the same few
+ * pages, again and again. */
 enum { PAGE = 4096, SAME = 1 << 22 };
 
 static float *wide_answers(size_t count, size_t *bytes) {
@@ -373,8 +373,8 @@ static float *wide_answers(size_t count, size_t *bytes) {
     return (float *)(void *)at;
 }
 
-/* A batch that cannot be is refused, and as many answers as it was said to have are NaN: the last one
- * is where only a count of 64 bits leads. */
+/* A batch that cannot be is refused, and as many answers as it was said to have are NaN: the last
+ * one is where only a count of 64 bits leads. */
 static void refuse_batch(softshadow_points batch, const char *text) {
     size_t bytes;
     float *v = wide_answers(batch.count, &bytes);
@@ -440,8 +440,8 @@ static void strides_and_overflow(void **state) {
     unharmed();
 }
 
-/* Batches that 32 bits cannot count: refused for their rows, as 2^31 + 1 points, and for their stride, as
- * 2^32 + 3; in 32 bits they would be a negative number of points, and three. */
+/* Batches that 32 bits cannot count: refused for their rows, as 2^31 + 1 points, and for their
+ * stride, as 2^32 + 3; in 32 bits they would be a negative number of points, and three. */
 static void counts_beyond_32_bits(void **state) {
     (void)state;
     const char *sanitizers = getenv("SANITIZERS");

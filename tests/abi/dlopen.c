@@ -88,8 +88,8 @@ static int cycle(const char *path, int rounds) {
     const long grown = resident_kib() - resident;
     const int more = thread_count() - threads;
     printf("%d further rounds: %+ld KiB resident, %+d threads\n", rounds - SETTLED, grown, more);
-    /* Heaps breathe; 80 leaks of a scene, or of one thread's stack, would show; in 980 rounds a page
-     * a round would. */
+    /* Heaps breathe; 80 leaks of a scene, or of one thread's stack, would show; in 980 rounds a
+     * page a round would. */
     REQUIRE(grown < 1024, "%ld KiB more than after %d rounds", grown, SETTLED);
     REQUIRE(more <= 0, "%d threads more than after %d rounds", more, SETTLED);
     return rounds;

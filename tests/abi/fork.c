@@ -1,9 +1,9 @@
 /* fork(): the child may not use the parent's handle and is told so; it can make a handle of its own
- * and gets the same bits, where the method does not trace rays; the parent is none the wiser. A child
- * that calls exec() is a process like any other: the same bits, rays included.
+ * and gets the same bits, where the method does not trace rays; the parent is none the wiser. A
+ * child that calls exec() is a process like any other: the same bits, rays included.
  *
- * fork [CHILDREN]: so many of each kind for each method; 5 if not said. fork "method": what exec() runs; the
- * answers leave on stdout. */
+ * fork [CHILDREN]: so many of each kind for each method; 5 if not said. fork "method": what exec()
+ * runs; the answers leave on stdout. */
 #include <sys/wait.h>
 #include <unistd.h>
 

@@ -1,9 +1,9 @@
-/* A GPU that fails: no library, no display or none that starts, no context, none that can be used, no
- * memory at every place that asks for it, a context that is lost at every dispatch, a shader that does
- * not compile. SOFTSHADOW_EGL says so in the driver's words
- * and the handle goes on working on the CPU; SOFTSHADOW_ANY gives the CPU's answers and says so
- * once. Then what a query sends: chunks, the next on its way before the last is back; and what is left
- * at the driver's: nothing.
+/* A GPU that fails: no library, no display or none that starts, no context, none that can be used,
+ * no memory at every place that asks for it, a context that is lost at every dispatch, a shader
+ * that does not compile. SOFTSHADOW_EGL says so in the driver's words and the handle goes on
+ * working on the CPU; SOFTSHADOW_ANY gives the CPU's answers and says so once. Then what a query
+ * sends: chunks, the next on its way before the last is back; and what is left at the driver's:
+ * nothing.
  *
  * The host's dlopen stands before the C library's: for libEGL it gives this program itself, whose
  * eglGetProcAddress puts its own functions before some of the driver's. */
@@ -118,7 +118,8 @@ static void delete_sync(void *fence) {
     ((void (*)(void *))driver("glDeleteSync"))(fence);
 }
 
-/* A device that takes its time, so that it is not a matter of luck what is handed to it meanwhile. */
+/* A device that takes its time, so that it is not a matter of luck what is handed to it
+ * meanwhile. */
 static GLenum client_wait(void *fence, GLbitfield flags, uint64_t longest) {
     if (traffic.on) nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
     return ((GLenum(*)(void *, GLbitfield, uint64_t))driver("glClientWaitSync"))(fence, flags,

@@ -1,6 +1,6 @@
-/* A host that draws into a window system's context: EGL on the same thread
- * would be refused it, and taking it away would break the host. It is current before and after every call, with
- * everything in it. Under Xvfb where there is no display. */
+/* A host that draws into a window system's context: EGL on the same thread would be refused it, and
+ * taking it away would break the host. It is current before and after every call, with everything
+ * in it. Under Xvfb where there is no display. */
 #include <dlfcn.h>
 #include <stdbool.h>
 #include <unistd.h>

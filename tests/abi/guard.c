@@ -1,7 +1,7 @@
-/* Arrays between pages that may not be touched: each ends where one begins, or begins where one ends.
- * Whatever a call reads or writes beyond what it was told is there kills this program. Every method,
- * batches of 1 to 17 points and some of hundreds, both types of positions, strides; meshes, profiles,
- * bounds, images; and the answers are those for arrays in the open.
+/* Arrays between pages that may not be touched: each ends where one begins, or begins where one
+ * ends. Whatever a call reads or writes beyond what it was told is there kills this program. Every
+ * method, batches of 1 to 17 points and some of hundreds, both types of positions, strides; meshes,
+ * profiles, bounds, images; and the answers are those for arrays in the open.
  *
  * A host that says N items of stride S hands over (N - 1) S bytes and one item. */
 #include <signal.h>

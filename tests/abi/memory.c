@@ -1,6 +1,6 @@
 /* Memory runs out, at every single place where the library asks for it, once or from there on: the
- * call answers E_MEMORY, or does without; nothing crashes or leaks; and the handle then, when there is
- * memory again, gives the right bits.
+ * call answers E_MEMORY, or does without; nothing crashes or leaks; and the handle then, when there
+ * is memory again, gives the right bits.
  *
  * This program's own malloc and operator new stand before the C library's. They count, and fail,
  * only calls that come from libsoftshadow's text; what Embree and TBB ask for is theirs. */
@@ -311,7 +311,8 @@ static void coarser_levels(void **state) {
 
 static bool is_exact(const char *method) { return strcmp(method, "exact") == 0; }
 
-/* A map of lit and dark points, which many points repay, of a ball that has enough faces for both. */
+/* A map of lit and dark points, which many points repay, of a ball that has enough faces for
+ * both. */
 static void lit_and_dark_first(void **state) {
     work w = new_work(*state);
     scene_icosphere(&w.mesh, (const double[3]){0, 0, 2}, 1.2, 3, 0);

@@ -3,8 +3,8 @@
  * E_INTERNAL, every error has a message of one line, and a visibility is in 0..1, or NaN where a
  * point was bad or the call failed. All arrays are exactly as long as the library is told.
  *
- * Embree and TBB are not built with the fuzzer's instruments: what they do to memory is seen where it
- * is ours, and what they keep is no leak. */
+ * Embree and TBB are not built with the fuzzer's instruments: what they do to memory is seen where
+ * it is ours, and what they keep is no leak. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>

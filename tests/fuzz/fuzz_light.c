@@ -1,5 +1,6 @@
-/* libFuzzer on what a user types: light specifications, numbers, options. Nothing crashes, a refusal
- * is one plain line, and a light that is taken has finite numbers, or the library refuses it. */
+/* libFuzzer on what a user types: light specifications, numbers, options. Nothing crashes, a
+ * refusal is one plain line, and a light that is taken has finite numbers, or the library refuses
+ * it. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-/* libFuzzer on the readers of point lists and the writers that give them back: no crash, no leak, no
- * block larger than asked for, every refusal one plain line; and what is read does not depend on
+/* libFuzzer on the readers of point lists and the writers that give them back: no crash, no leak,
+ * no block larger than asked for, every refusal one plain line; and what is read does not depend on
  * whether it comes from a file or in pieces through a pipe. The first byte chooses the format. */
 #define _GNU_SOURCE /* memfd_create */
 #include <stdio.h>

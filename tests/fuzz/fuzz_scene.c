@@ -1,8 +1,8 @@
 /* libFuzzer on scene files, as "softshadow render" and OpenImageIO's plugin read them: no crash, no
  * leak, a refusal is one plain line that begins with the file's name, and what is taken is within
  * what the options allow. The first byte says how many lines at the end are a host's hints, which
- * follow the file's own. What follows the first byte 0xff is another file, that a scene may name as its
- * profile: 99. No mesh is read: opening a scene never does. */
+ * follow the file's own. What follows the first byte 0xff is another file, that a scene may name as
+ * its profile: 99. No mesh is read: opening a scene never does. */
 #define _GNU_SOURCE /* memfd_create */
 #include <math.h>
 #include <stdio.h>

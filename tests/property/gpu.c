@@ -106,8 +106,8 @@ static ask question(const char *method, const scene_mesh *mesh, const struct sce
     return q;
 }
 
-/* Planes as they were read back. What is drawn is the same to the last bits of a device's divisions and
- * roots, which decide, now and then, between two edges that are as good. */
+/* Planes as they were read back. What is drawn is the same to the last bits of a device's divisions
+ * and roots, which decide, now and then, between two edges that are as good. */
 static void compare_maps(const char *what, softshadow *cpu, softshadow *gpu) {
     uint32_t count, same;
     OK(cpu, softshadow_map_count(cpu, &count));
@@ -170,8 +170,8 @@ static bool looks_at_all(const char *method) {
     return strcmp(method, "pcss") == 0 || strcmp(method, "backprojection") == 0;
 }
 
-/* A lamp as large as the map is wide: points look at all 65,536 texels, in more steps than Mesa's software
- * device lets a shader's loops take. */
+/* A lamp as large as the map is wide: points look at all 65,536 texels, in more steps than Mesa's
+ * software device lets a shader's loops take. */
 static void test_wide(void **state) {
     const char *method = *state;
     enum { FEW = 48 };
@@ -302,8 +302,8 @@ static double largest_change(const picture *a, const picture *b) {
     return most;
 }
 
-/* Sums of up to 65 floats where C has doubles: 1e-5 is four times what those can be off by. A mean that
- * is all but 1 may be 1 on one of the two, and is counted so. */
+/* Sums of up to 65 floats where C has doubles: 1e-5 is four times what those can be off by. A mean
+ * that is all but 1 may be 1 on one of the two, and is counted so. */
 static void test_image(void **state) {
     (void)state;
     size_t scenes;

@@ -489,8 +489,8 @@ static void the_least_numbers(void **state) {
     scene_free(&mesh);
 }
 
-/* One sliver in a scene a thousand times as wide and more, the lamp wholly above its plane: no point
- * of it is dark. Floats know the plane of such a triangle badly, or not at all. */
+/* One sliver in a scene a thousand times as wide and more, the lamp wholly above its plane: no
+ * point of it is dark. Floats know the plane of such a triangle badly, or not at all. */
 static void slivers_stay_lit(void **state) {
     enum { SLIVERS = 500, ON = 12 };
     uint64_t s = 1;

@@ -401,8 +401,8 @@ static void test_bunny(void **state) {
     scene_free(&mesh);
 }
 
-/* The umbra of a mesh under a growing light, as a technique has it and as it is: points that see less
- * than 1/64. It shrinks. `most`: how much of the truth's the two may differ by. */
+/* The umbra of a mesh under a growing light, as a technique has it and as it is: points that see
+ * less than 1/64. It shrinks. `most`: how much of the truth's the two may differ by. */
 static void grow(const char *method, const scene_mesh *mesh, uint32_t sub_lights, double most) {
     size_t before = SIZE_MAX;
     for (double radius = .1; radius < .65; radius += .25) {
@@ -425,12 +425,13 @@ static void grow(const char *method, const scene_mesh *mesh, uint32_t sub_lights
     }
 }
 
-/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the true one does.
- * - Of a flat convex caster every part of the light sees the same silhouette, so nothing but the map is
- *   between the two: no point of 1,600 differs for penumbra-volume, .7 % for penumbra-mask, whose 64
- *   jittered taps tell 1/64 by luck.
- * - Of a lumpy body each part sees another. One silhouette for all of a light as large as the body is
- *   wrong by a third of the umbra, which is too large for penumbra-volume and too small for
+/* [CD03] figure 8, with techniques that know both penumbrae: the umbra shrinks as the true one
+ * does.
+ * - Of a flat convex caster every part of the light sees the same silhouette, so nothing but the
+ *   map is between the two: no point of 1,600 differs for penumbra-volume, .7 % for penumbra-mask,
+ *   whose 64 jittered taps tell 1/64 by luck.
+ * - Of a lumpy body each part sees another. One silhouette for all of a light as large as the body
+ *   is wrong by a third of the umbra, which is too large for penumbra-volume and too small for
  *   penumbra-mask; one for each of 4 x 4 parts by 4 % at most. */
 static void test_growing_light(void **state) {
     (void)state;

@@ -1,5 +1,5 @@
-/* Lights divided in sub-lights ([Cou05] 4.3): what they add up to, and what that is good for. Through
- * the public header only. */
+/* Lights divided in sub-lights ([Cou05] 4.3): what they add up to, and what that is good for.
+ * Through the public header only. */
 #include "maps.h"
 
 enum { SIDE = 96, ACROSS = 1001 };
@@ -13,9 +13,9 @@ static ask divided(const char *method, const scene_mesh *mesh, softshadow_light 
     return q;
 }
 
-/* Past one silhouette for the whole light its parts see others; one for each part leaves of that what
- * is as small as the parts: no more than .6 of it where they are half as wide. Taps are noise, which
- * the mean over the parts lessens by half as well. */
+/* Past one silhouette for the whole light its parts see others; one for each part leaves of that
+ * what is as small as the parts: no more than .6 of it where they are half as wide. Taps are noise,
+ * which the mean over the parts lessens by half as well. */
 static void test_error_falls(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -46,8 +46,8 @@ static void test_error_falls(void **state) {
     scene_free(&mesh);
 }
 
-/* Four rects are the rect: the mean of what the host gets for each of them, to the rounding of those
- * four floats. penumbra-volume takes each for a disk, so that this is a sum of disks. */
+/* Four rects are the rect: the mean of what the host gets for each of them, to the rounding of
+ * those four floats. penumbra-volume takes each for a disk, so that this is a sum of disks. */
 static void test_sum_of_rects(void **state) {
     (void)state;
     scene_mesh mesh = maps_body();
@@ -76,8 +76,8 @@ static void test_sum_of_rects(void **state) {
     scene_free(&mesh);
 }
 
-/* Along one edge nothing is gained, and little may be lost: less than 1/32, as the sum of the smaller
- * disks has the light's area and second moments, and less the more there are. */
+/* Along one edge nothing is gained, and little may be lost: less than 1/32, as the sum of the
+ * smaller disks has the light's area and second moments, and less the more there are. */
 static void test_straight_edge(void **state) {
     (void)state;
     scene_mesh mesh = maps_half_plane();

@@ -222,8 +222,8 @@ static void rotations_change_only_the_sampling(void **state) {
     free(points), free(turned);
 }
 
-/* However little a point is behind a face, which is all between it and the light, and however shallow
- * it looks along the light. */
+/* However little a point is behind a face, which is all between it and the light, and however
+ * shallow it looks along the light. */
 static void faces_hide_from_where_they_are(void **state) {
     double(*points)[3] = malloc(N * sizeof *points), at[3];
     const softshadow_light list[] = {

@@ -1,12 +1,12 @@
 /* Where many points are ahead a map tells lit and dark ones before anything else is done, for small
- * batches none is made: under `exact` that must not change a bit, whatever the casters, the light and
- * the points. */
+ * batches none is made: under `exact` that must not change a bit, whatever the casters, the light
+ * and the points. */
 #include "property/truth.h"
 
 enum { N = 3 << 14, PART = 1 << 12, SCENES = 24, SOLIDS = 8, AHEAD = 1 << 24 };
 
-/* What a map of insides must tell apart: a ball over a floor, one within another and one turned inside
- * out, three that pierce each other, one with a face missing and a thin one. */
+/* What a map of insides must tell apart: a ball over a floor, one within another and one turned
+ * inside out, three that pierce each other, one with a face missing and a thin one. */
 static void make_solid(int scene, scene_mesh *mesh) {
     const double middle[3] = {0, 0, 1}, beside[3] = {0.5, 0.25, 1.25}, above[3] = {-0.25, 0.5, 1.75};
     scene_mesh more = {0};
@@ -91,8 +91,8 @@ static void graze(const scene_mesh *mesh, const softshadow_light *light, uint64_
     }
 }
 
-/* A third on the ground, a third anywhere, far away and behind the light too or where shadows begin,
- * and a third on the casters, or off them by less than a float can tell. */
+/* A third on the ground, a third anywhere, far away and behind the light too or where shadows
+ * begin, and a third on the casters, or off them by less than a float can tell. */
 static void make_points(int scene, const scene_mesh *mesh, const softshadow_light *light,
                         double (*points)[3]) {
     uint64_t s = (uint64_t)scene + 77;
@@ -190,7 +190,8 @@ static void check_scene(int scene, bool solid, tally *told) {
     free(points);
 }
 
-/* In the end: not by chance the same, for the map does tell of points that nothing else would settle. */
+/* In the end: not by chance the same, for the map does tell of points that nothing else would
+ * settle. */
 static void batches_of_any_size(void **state) {
     (void)state;
     tally told = {0};
@@ -207,9 +208,9 @@ static void dark_in_solids(void **state) {
           (unsigned long)told.dark);
 }
 
-/* A cup under a small sun, its wall leaning out by a third of a texel a bin, and points just outside the
- * wall, under the rim: they see some of the sun past a place of the wall that a map of insides must not
- * take to be inside, in a texel that the wall passes through. */
+/* A cup under a small sun, its wall leaning out by a third of a texel a bin, and points just
+ * outside the wall, under the rim: they see some of the sun past a place of the wall that a map of
+ * insides must not take to be inside, in a texel that the wall passes through. */
 enum { CUP = 600 };
 
 static void make_cup(scene_mesh *mesh, double inwards) {

@@ -1,5 +1,6 @@
 /* The sweeps. A truth is computed for the coordinates that the library is given; where a motion of
- * the whole scene would make the oracle itself lose digits, the scene at rest has the same truth. */
+ * the whole scene would make the oracle itself lose digits, the scene at rest has the same
+ * truth. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,8 +60,8 @@ static void finish_with_truth(const sweep *s, stress_case *one) {
     finish(s, one);
 }
 
-/* A point light hides or is seen: its truth is that of a lamp so small that only points in the plane
- * of an edge see part of it. Those are either; they go. */
+/* A point light hides or is seen: its truth is that of a lamp so small that only points in the
+ * plane of an edge see part of it. Those are either; they go. */
 static void finish_hard(const sweep *s, stress_case *one) {
     const softshadow_light light = one->light;
     size_t kept = 0;

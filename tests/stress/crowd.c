@@ -1,5 +1,5 @@
-/* Sixteen threads ask one handle for a million points each while four others make, build, ask and let go
- * handles of their own: every answer has the bits that one thread alone got.
+/* Sixteen threads ask one handle for a million points each while four others make, build, ask and
+ * let go handles of their own: every answer has the bits that one thread alone got.
  *
  * crowd [POINTS]: for each of the sixteen; 10,000 if not said. */
 #include <pthread.h>

@@ -1,7 +1,7 @@
-/* Closed meshes do not leak: from points within to lamps without every sample is hidden, whatever it
- * passes. Each point lies behind a vertex or a spot of an edge, on the line from the lamp's centre: of
- * a lamp of no size that is the one sample there is. On the lattice nothing is rounded: points,
- * vertices and lamps are whole numbers of eighths, so vertices and edges are met exactly.
+/* Closed meshes do not leak: from points within to lamps without every sample is hidden, whatever
+ * it passes. Each point lies behind a vertex or a spot of an edge, on the line from the lamp's
+ * centre: of a lamp of no size that is the one sample there is. On the lattice nothing is rounded:
+ * points, vertices and lamps are whole numbers of eighths, so vertices and edges are met exactly.
  *
  * based on: the tests of watertight intersection of pbrt and Embree (rays at vertices; far from the
  * origin, at 148376, 1234, -223423).
@@ -30,7 +30,8 @@ static shell ball(const char *name, const double centre[3], unsigned levels) {
     return s;
 }
 
-/* A cube of half side 8 whose faces are cut at every whole number, each vertex used by all that meet. */
+/* A cube of half side 8 whose faces are cut at every whole number, each vertex used by all that
+ * meet. */
 static shell lattice(const char *name, const double centre[3]) {
     enum { HALF = 8, SIDE = 2 * HALF + 1 };
     shell s = {.name = name, .inside = HALF - .5, .lattice = true};

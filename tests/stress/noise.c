@@ -1,11 +1,12 @@
-/* Numbers that are only bits. Points of random bits, NaN, infinite, denormal and huge ones among them:
- * each is answered with NaN where it is none, else with a fraction. Meshes of random bits, as far as
- * they are finite and indices are in range, under lamps anywhere: built and asked by every method.
+/* Numbers that are only bits. Points of random bits, NaN, infinite, denormal and huge ones among
+ * them: each is answered with NaN where it is none, else with a fraction. Meshes of random bits, as
+ * far as they are finite and indices are in range, under lamps anywhere: built and asked by every
+ * method.
  *
  * based on: Embree's tests with 20,000 garbage meshes and with rays that are NaN or infinite.
  *
- * noise [POINTS [MESHES [FIRST]]]: so many points and meshes for each method; the number of the first
- * mesh, which is all that makes it. */
+ * noise [POINTS [MESHES [FIRST]]]: so many points and meshes for each method; the number of the
+ * first mesh, which is all that makes it. */
 #include "ask.h"
 
 enum { BATCH = 2000, FEW = 12, VERTICES = 20, TRIANGLES = 30, RESOLUTION = 32 };

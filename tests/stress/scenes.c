@@ -1,7 +1,7 @@
 /* stress scenes [FIRST [COUNT]]: small random scenes, each made from its number, against the exact
- * area of the union of their triangles. A scene that breaks a bound is made smaller while it still does:
- * one point, no triangle that can go, numbers of few digits; and printed whole. `scenes NUMBER` runs it
- * again.
+ * area of the union of their triangles. A scene that breaks a bound is made smaller while it still
+ * does: one point, no triangle that can go, numbers of few digits; and printed whole. `scenes
+ * NUMBER` runs it again.
  *
  * "exact" must hold its bound at every point, "auto" its bound and 0.1, "raytrace" its bound at all
  * but one point in a thousand. */

@@ -27,7 +27,8 @@ void stress_cases(stress_each *each, void *user);
 
 /* ---- Asking ----------------------------------------------------------------------------------- */
 
-/* A host's floating-point mode: rounding up, down, to zero; denormals flushed and taken for zero. */
+/* A host's floating-point mode: rounding up, down, to zero; denormals flushed and taken for
+ * zero. */
 typedef enum stress_mode {
     STRESS_UPWARD,
     STRESS_DOWNWARD,
@@ -36,8 +37,8 @@ typedef enum stress_mode {
     STRESS_USUAL
 } stress_mode;
 
-/* Like a host: status and answers; visibility and bound have room for the case's points. The mode is
- * that of the calls; what is handed over is made in the usual one. */
+/* Like a host: status and answers; visibility and bound have room for the case's points. The mode
+ * is that of the calls; what is handed over is made in the usual one. */
 softshadow_status stress_ask(const char *method, const stress_case *one, float *visibility,
                              float *bound, stress_mode mode);
 uint32_t stress_method_count(void);

@@ -242,7 +242,8 @@ static void acne(const char *cell, bool primitives, bool single, double offset) 
 enum { STEPS = 60 };
 
 /* Points at 10^-6 to 10^0 behind a wall of height 1 that stands on the ground, the lamp before it:
- * all of them are in umbra. Where the shadow starts is the nearest point from which on it is dark. */
+ * all of them are in umbra. Where the shadow starts is the nearest point from which on it is
+ * dark. */
 static void peter_panning(void) {
     static float visibility[STEPS], bound[STEPS];
     stress_case one = {.count = STEPS};

@@ -1,5 +1,5 @@
-/* Inks on the CPU and on a GPU: the same triangles cover the same texels and say the same about them,
- * the least key wins, the first of those that are alike, to the bit. */
+/* Inks on the CPU and on a GPU: the same triangles cover the same texels and say the same about
+ * them, the least key wins, the first of those that are alike, to the bit. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,8 +15,8 @@ enum { RES = 193, MOST = 6000, VALUES = RES * RES * 5 };
 static ss_raster_triangle triangle[MOST];
 static float plane[2][VALUES]; /* key and four values a texel; the key is 1e30 where nothing is */
 
-/* Steps in the key: whole areas where many triangles are alike. Numbers of the ink's own, and texels
- * that refuse. */
+/* Steps in the key: whole areas where many triangles are alike. Numbers of the ink's own, and
+ * texels that refuse. */
 static const float steps[] = {4, 3};
 
 static float key_of(float varied) { return floorf(varied * steps[0]) / steps[0]; }
@@ -68,8 +68,8 @@ static double uniform(double low, double high) {
     return low + (high - low) * (double)(random_state >> 11) * 0x1p-53;
 }
 
-/* kind 0: of all sizes, all over; 1: corners on centres and on texel's edges; 2: far out of the map;
- * 3: slivers, and such without any area. Keys below zero, too. */
+/* kind 0: of all sizes, all over; 1: corners on centres and on texel's edges; 2: far out of the
+ * map; 3: slivers, and such without any area. Keys below zero, too. */
 static void make(int kind, size_t count) {
     const double far = kind == 2 ? 90000 : 1.2 * RES;
     for (size_t t = 0; t < count; t++) {

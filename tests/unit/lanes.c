@@ -1,5 +1,5 @@
-/* The lanes of x86-64's plainest kernel against plain C, which other machines run. The faster kernels
- * are held against this one by property/bits. */
+/* The lanes of x86-64's plainest kernel against plain C, which other machines run. The faster
+ * kernels are held against this one by property/bits. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
-/* Every operation of one of the lanes_*.h over the same numbers: include that first and define LANES,
- * the name of what comes out. */
+/* Every operation of one of the lanes_*.h over the same numbers: include that first and define
+ * LANES, the name of what comes out. */
 #include <math.h>
 
 #include "unit/lanes_results.h"

@@ -184,8 +184,8 @@ static size_t count_corners_at(const ss_level *level, const double place[3]) {
     return count;
 }
 
-/* A sphere on which fins stand, two triangles each: 200 low ones, which the levels do without, and a high
- * one, which they all have. */
+/* A sphere on which fins stand, two triangles each: 200 low ones, which the levels do without, and
+ * a high one, which they all have. */
 static void fins_hold_nothing(void **unused) {
     (void)unused;
     enum { FINS = 200 };

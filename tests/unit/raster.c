@@ -1,4 +1,5 @@
-/* map and raster: frames, the fill rule, depth against rays cast one by one, any number of threads. */
+/* map and raster: frames, the fill rule, depth against rays cast one by one, any number of
+ * threads. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -83,7 +84,8 @@ static double uniform(void) {
     return (double)(random_state >> 11) * 0x1p-53;
 }
 
-/* A jittered grid of quads over the map and beyond: every texel exactly once, in whatever winding. */
+/* A jittered grid of quads over the map and beyond: every texel exactly once, in whatever
+ * winding. */
 static void test_watertight(void **state) {
     (void)state;
     enum { SIDE = 40, RES = 101 };
@@ -93,7 +95,8 @@ static void test_watertight(void **state) {
         size_t n = 0;
         for (int i = 0; i <= SIDE; i++) {
             for (int j = 0; j <= SIDE; j++) {
-                /* kind 1: corners on centres and edges on centre lines; 2: far out of the guard band */
+                /* kind 1: corners on centres and edges on centre lines; 2: far out of the guard
+                 * band */
                 const double step = kind == 1 ? 3 : kind == 2 ? 4000 : 130.0 / SIDE;
                 const double jitter = kind == 1 ? 0 : kind == 3 ? 0 : .45 * step;
                 v[i][j][0] = -10.5 * (kind == 2 ? 7000 : 1) + j * step + jitter * (uniform() - .5);

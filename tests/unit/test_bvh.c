@@ -130,7 +130,8 @@ static void survives_what_cannot_be_split(void **unused) {
     }
 }
 
-/* Processor time of a hundred look-ups among so many copies of one triangle, which find the first. */
+/* Processor time of a hundred look-ups among so many copies of one triangle, which find the
+ * first. */
 static double of_copies(size_t count) {
     soup s;
     uint32_t found[128];
@@ -150,8 +151,8 @@ static double of_copies(size_t count) {
     return fmax(least, 1);
 }
 
-/* Whoever lies on a million faces in one place must not look at each: 64 times as many take as long,
- * where clocks are even, and not a quarter of 64 times on any machine. */
+/* Whoever lies on a million faces in one place must not look at each: 64 times as many take as
+ * long, where clocks are even, and not a quarter of 64 times on any machine. */
 static void looks_at_few_of_many_copies(void **unused) {
     (void)unused;
     const double few = of_copies(4000), many = of_copies(256000);

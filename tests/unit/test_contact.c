@@ -107,8 +107,8 @@ static void rounding_decides_without_a_triangle(void **unused) {
     fold_stand(&s);
 }
 
-/* A fan of slivers just above a point, in any winding: segments aimed at shared edges and at the hub,
- * and at random between them, never slip through. */
+/* A fan of slivers just above a point, in any winding: segments aimed at shared edges and at the
+ * hub, and at random between them, never slip through. */
 static void no_segment_slips_between_faces(void **unused) {
     (void)unused;
     enum { FAN = 12 };

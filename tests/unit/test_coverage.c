@@ -1,5 +1,5 @@
-/* The lattice of light samples: as many as asked, where the grid says they are, and weights that measure
- * the light's area: a straight cut through the light is right to a few samples' share. */
+/* The lattice of light samples: as many as asked, where the grid says they are, and weights that
+ * measure the light's area: a straight cut through the light is right to a few samples' share. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -72,8 +72,8 @@ static double area_below(bool disk, double angle, double cut) {
     return (triangle - over_a * over_a / 2 - over_b * over_b / 2) / (4 * a * b);
 }
 
-/* Cuts at many angles: an RMS error of half a sample for each root of the samples along the cut, which is
- * what the power of -3/4 comes from. */
+/* Cuts at many angles: an RMS error of half a sample for each root of the samples along the cut,
+ * which is what the power of -3/4 comes from. */
 static void measures_straight_cuts(void **unused) {
     (void)unused;
     double last = 1;
@@ -101,8 +101,8 @@ static void measures_straight_cuts(void **unused) {
     }
 }
 
-/* The largest way that ss_sky_holds() lets contact move a point, in any direction: is it within the room,
- * in nearness and on the plane? */
+/* The largest way that ss_sky_holds() lets contact move a point, in any direction: is it within the
+ * room, in nearness and on the plane? */
 static void moves_points_no_farther_than_the_sky_has_room(void **unused) {
     (void)unused;
     static const double least[] = {3.5, 2, 1, 0.25, 0.0625};

@@ -1,6 +1,6 @@
-/* Points told by closed forms: far nearer to the truth than they say at most, on every rung with the same
- * bits; and what is told to be lit is so with room to spare. The truth: rows of the light, in each of which
- * what a triangle hides is an interval, in double. */
+/* Points told by closed forms: far nearer to the truth than they say at most, on every rung with
+ * the same bits; and what is told to be lit is so with room to spare. The truth: rows of the light,
+ * in each of which what a triangle hides is an interval, in double. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,11 +17,13 @@
 #include "shapes.h"
 
 enum { SCENES = 240, N = 64, ROWS = 2000, MOST_TRIANGLES = 4 };
-/* What the rows leave: where an outline is level with them, half of one, 2 / ROWS high and 2 long, of pi. */
+/* What the rows leave: where an outline is level with them, half of one, 2 / ROWS high and 2 long,
+ * of pi. */
 #define TRUTH_ERROR (0.64 / ROWS)
 #define ULP         0x1p-23
 #define MOST        0x1p-6f
-/* exact_build.c counts on errors being a fraction of what is said: this, by how many roundings agree. */
+/* exact_build.c counts on errors being a fraction of what is said: this, by how many roundings
+ * agree. */
 #define USUAL       32
 
 static uint64_t state;
@@ -54,8 +56,8 @@ static void add_triangle(shape *s, const double a[3], const double b[3], const d
     s->triangle_count++;
 }
 
-/* A skewed triangle; or a slanted rectangle of two; or two apart; or a rectangle as a floor and another
- * over it. */
+/* A skewed triangle; or a slanted rectangle of two; or two apart; or a rectangle as a floor and
+ * another over it. */
 static shape make_mesh(int scene) {
     shape s = {calloc(3 * MOST_TRIANGLES, sizeof *s.vertices),
                calloc(MOST_TRIANGLES, sizeof *s.triangles), 0, 0};
@@ -167,8 +169,9 @@ static void cut(double value, double slope, double range[2]) {
     else if (value <= 0) range[1] = range[0];
 }
 
-/* Where in row t of the light the triangle hides it. A direction d is in the triangle's cone if it is on
- * one side of the planes through its edges, and meets its plane before the light if n d > n x / t_end. */
+/* Where in row t of the light the triangle hides it. A direction d is in the triangle's cone if it
+ * is on one side of the planes through its edges, and meets its plane before the light if n d > n x
+ * / t_end. */
 static void hidden_in_row(const double corner[3][3], const ss_view *view, double t, double range[2]) {
     double e[3], f[3], n[3], base[3], sign = 1;
     for (int k = 0; k < 3; k++) base[k] = view->centre[k] + t * view->b[k];

@@ -160,7 +160,8 @@ static void a_disk_before_a_disk(void **unused) {
     fold_stand(&s);
 }
 
-/* Closed form 6: slats that the light spans a whole number of periods of hide the same everywhere. */
+/* Closed form 6: slats that the light spans a whole number of periods of hide the same
+ * everywhere. */
 static void a_screen_hides_its_share(void **unused) {
     (void)unused;
     enum { N = 2000, SLATS = 60 };
@@ -362,7 +363,8 @@ static void far_points_see_small_casters(void **unused) {
     raise_stand(&s, NULL);
     for (int e = 1; e <= 9; e++) {
         const double away = pow(10, e), host[3] = {0.1, 0.2, -away};
-        /* The square is seen twice as large: a light of half axis 2 beyond it is a quarter hidden. */
+        /* The square is seen twice as large: a light of half axis 2 beyond it is a quarter
+         * hidden. */
         softshadow_light light = light_at(SOFTSHADOW_RECT, 0.1, 0.2, away, 2);
         light.direction[2] = 0;
         const ss_point point = make_point(&s, host, false);
@@ -400,7 +402,8 @@ static void special_places(void **unused) {
     point.normal[0] = 1, point.normal[2] = 0.3f;
     ask(&s, &light, 1024, SOFTSHADOW_UNIFORM, &point, 1, &visibility, &bound);
     assert_true(fabsf(visibility - 0.5f) < 0.004f);
-    /* In the plane of a flat light: uniform sees its segments, the others have no light to share. */
+    /* In the plane of a flat light: uniform sees its segments, the others have no light to
+     * share. */
     light = light_at(SOFTSHADOW_DISK, 0, 0, 2, 0.5);
     point = make_point(&s, level, false);
     ask(&s, &light, 64, SOFTSHADOW_UNIFORM, &point, 1, &visibility, &bound);

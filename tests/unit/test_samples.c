@@ -80,7 +80,8 @@ static void better_than_chance(void **unused) {
     }
 }
 
-/* Each sample alone is uniform over all turns: quadrants and rings of the disk, halves of the square. */
+/* Each sample alone is uniform over all turns: quadrants and rings of the disk, halves of the
+ * square. */
 static void no_sample_is_biased(void **unused) {
     (void)unused;
     for (int kind = 0; kind < 4; kind++) {
@@ -104,8 +105,8 @@ static void no_sample_is_biased(void **unused) {
     }
 }
 
-/* A (0,2)-sequence stays one under nested scrambling: 256 samples, one in each of 16 x 16 cells and of
- * 64 x 4 and 4 x 64. */
+/* A (0,2)-sequence stays one under nested scrambling: 256 samples, one in each of 16 x 16 cells and
+ * of 64 x 4 and 4 x 64. */
 static void sobol_is_a_net(void **unused) {
     (void)unused;
     ss_samples *samples;
@@ -153,8 +154,8 @@ static void packets_lie_close(void **unused) {
             }
             print_message("%u samples, kind %d: boxes of packets cover %.2f lights\n", count, kind,
                           area / (kind & 1 ? PI : 4));
-            /* A set along its own order: 16 samples of a spiral or lattice reach all over the light,
-             * so that 4 packets cover some 4 of it and 312 packets hundreds. */
+            /* A set along its own order: 16 samples of a spiral or lattice reach all over the
+             * light, so that 4 packets cover some 4 of it and 312 packets hundreds. */
             if (!(kind >> 1)) assert_true(area / (kind & 1 ? PI : 4) < 1.3);
             ss_samples_destroy(samples);
         }

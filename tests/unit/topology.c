@@ -150,8 +150,8 @@ static void meshes_stay_apart(void **unused) {
     shape_free(&cube);
 }
 
-/* A cube, and what touches it along the edge x = y = 1: its triangles' corners in `more`, numbered from
- * the cube's eight on. */
+/* A cube, and what touches it along the edge x = y = 1: its triangles' corners in `more`, numbered
+ * from the cube's eight on. */
 static built build_touched(const double (*v)[3], size_t nv, const uint32_t (*t)[3], size_t nt) {
     shape cube = shape_cube();
     double vertices[16][3];

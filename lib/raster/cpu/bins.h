@@ -1,4 +1,5 @@
-/* Which triangles touch which band of rows, in their own order: bands are then drawn by any thread. */
+/* Which triangles touch which band of rows, in their own order: bands are then drawn by any
+ * thread. */
 #ifndef SS_RASTER_CPU_BINS_H
 #define SS_RASTER_CPU_BINS_H
 

@@ -1,5 +1,6 @@
-/* The CPU backend: corners are projected once, triangles sorted into bands of rows, bands drawn by any
- * thread. The nearest depth stays, in whatever order a band is drawn; that depends on no thread. */
+/* The CPU backend: corners are projected once, triangles sorted into bands of rows, bands drawn by
+ * any thread. The nearest depth stays, in whatever order a band is drawn; that depends on no
+ * thread. */
 #include <math.h>
 
 #include "base/cpu.h"
@@ -55,8 +56,8 @@ static bool caster_rows(const void *ctx, size_t t, int32_t *first, int32_t *last
 
 static ss_setup_bands *const bands_of[] = SS_RUNGS(ss_setup_bands);
 
-/* Triangles that nothing cuts by the register, the rest one by one. Those that turn their back to the
- * light are marked, and drawn last: most of them are hidden by what is drawn first. */
+/* Triangles that nothing cuts by the register, the rest one by one. Those that turn their back to
+ * the light are marked, and drawn last: most of them are hidden by what is drawn first. */
 static void caster_spans(const void *ctx, size_t begin, size_t end, ss_bin_span *span) {
     const drawing *d = ctx;
     if (d->plain) bands_of[ss_cpu_rung()](&d->casters, begin, end, span);
@@ -90,8 +91,9 @@ static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3]
     }
 }
 
-/* A small triangle that nothing cuts and nothing pierces; false: it is another one. With `later` what
- * turns its back to the light is not drawn but told: most of it is hidden by what is drawn first. */
+/* A small triangle that nothing cuts and nothing pierces; false: it is another one. With `later`
+ * what turns its back to the light is not drawn but told: most of it is hidden by what is drawn
+ * first. */
 static inline bool draw_small(const drawing *d, size_t t, int32_t first, int32_t last,
                               bool *later) {
     const ss_raster_casters *c = d->asked;
@@ -162,7 +164,8 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status draw_casters(const ss_raster_casters *casters, const float *above,
                                       float *plane, ss_pool *pool) {
     drawing d = {.asked = casters, .above = above, .plane = plane};
-    d.most_bias = (float)(2.001 * casters->slope_texels * casters->steepest * casters->frame->texel);
+    d.most_bias =
+        (float)(2.001 * casters->slope_texels * casters->steepest * casters->frame->texel);
     d.plain = !casters->holes_only && casters->world->triangle_count < SS_BIN_MARK &&
               casters->world->vertex_count < INT32_MAX / 3;
     softshadow_status status = ss_casters_project(&d.casters, casters, pool);
@@ -226,7 +229,8 @@ static softshadow_status keep(const ss_raster_triangle *triangles, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     if (ink->least) return ss_cpu_keep(triangles, count, resolution, ink, pool);
     sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
-    softshadow_status status = ss_bins_build(&s.bins, count, resolution, sketch_rows, NULL, &s, pool);
+    softshadow_status status =
+        ss_bins_build(&s.bins, count, resolution, sketch_rows, NULL, &s, pool);
     if (!status) status = ss_parallel_for(pool, s.bins.bands, 1, sketch_bands, &s);
     ss_bins_free(&s.bins);
     return status;

@@ -1,8 +1,8 @@
-/* The techniques' own triangles. Penumbrae overlap tens of times where a light is large, and of all that
- * is offered to a texel the nearest is kept: so a band's tiles get their triangles sorted by the least
- * distance that each can have there, and once a tile is full of what is nearer the rest is passed over
- * (as a hierarchical depth buffer does: [GKM93]). The order, and with it what is kept of things alike,
- * depends on the triangles only. */
+/* The techniques' own triangles. Penumbrae overlap tens of times where a light is large, and of all
+ * that is offered to a texel the nearest is kept: so a band's tiles get their triangles sorted by
+ * the least distance that each can have there, and once a tile is full of what is nearer the rest
+ * is passed over (as a hierarchical depth buffer does: [GKM93]). The order, and with it what is
+ * kept of things alike, depends on the triangles only. */
 #include "raster/cpu/keep.h"
 
 #include <math.h>
@@ -184,7 +184,8 @@ typedef struct span {
 
 static bool sort_visits(band *b, span *spans) {
     const uint32_t tiles = 2 * b->across;
-    for (uint32_t t = 0; t < tiles; t++) spans[t] = (span){INFINITY, -INFINITY, INFINITY, -INFINITY};
+    for (uint32_t t = 0; t < tiles; t++)
+        spans[t] = (span){INFINITY, -INFINITY, INFINITY, -INFINITY};
     for (size_t i = 0; i < b->count; i++) {
         const visit *v = &b->visits[i];
         span *to = &spans[v->tile];
@@ -242,8 +243,8 @@ static void draw_runs(const band *b, uint32_t tile, const span *of) {
     }
 }
 
-/* What a tile has room for, of things not nearer than each of some depths from the nearest to the farthest
- * of its triangles. */
+/* What a tile has room for, of things not nearer than each of some depths from the nearest to the
+ * farthest of its triangles. */
 typedef struct rooms {
     float nearest, per, most[ROOMS][2];
 } rooms;

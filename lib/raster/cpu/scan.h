@@ -16,8 +16,8 @@ void ss_scan_runs(const ss_scan *scan, int32_t first_row, int32_t last_row, uint
 /* The same within a box, first and last column and row: {x, y, x, y}; at most a block. */
 void ss_scan_tile_runs(const ss_scan *scan, const int32_t box[4], uint32_t tag,
                        ss_raster_shade *shade, void *ctx);
-/* Triangles of a few texels, which is what meshes are made of: the same texels and bits as ss_scan_depth
- * or, where `above` is given, ss_scan_peel, with less ado. */
+/* Triangles of a few texels, which is what meshes are made of: the same texels and bits as
+ * ss_scan_depth or, where `above` is given, ss_scan_peel, with less ado. */
 static inline bool ss_scan_is_small(const ss_scan *s) {
     const int32_t most = (SS_BAND - 2) * SS_SUBTEXELS;
     for (int i = 1; i < 3; i++) {
@@ -28,8 +28,8 @@ static inline bool ss_scan_is_small(const ss_scan *s) {
 }
 void ss_scan_small(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
                    float bias, const float *above, float *plane);
-/* Is there no texel where a small triangle is that holds something deeper than `least`, and less than
- * `most` above, if that is given? */
+/* Is there no texel where a small triangle is that holds something deeper than `least`, and less
+ * than `most` above, if that is given? */
 bool ss_scan_hidden(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
                     float least, float most, const float *above, const float *plane);
 /* Like depth, but a texel counts only where keep(ctx, weights of the corners) says so. */

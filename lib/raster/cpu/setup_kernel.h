@@ -58,8 +58,8 @@ INLINE void snap(const corners *c, snapped *out) {
     least_most(out->y, &out->low_y, &out->high_y);
 }
 
-/* Small triangles that turn their back to the light: the products are far below 2^31. What is not small
- * has no area here. */
+/* Small triangles that turn their back to the light: the products are far below 2^31. What is not
+ * small has no area here. */
 INLINE void turned_of(const snapped *s, bool mirrored, ss_wide_ints *out) {
     const int32_t most = SS_SCAN_BLOCK / 2 * SS_SUBTEXELS;
     const ss_wide_ints small = (s->high_x - s->low_x < most) & (s->high_y - s->low_y < most);
@@ -82,8 +82,8 @@ INLINE void bands_of(const snapped *s, int32_t last, ss_wide_ints *first, ss_wid
     *first = y / SS_BAND, *end = to_y / SS_BAND + 1;
 }
 
-/* The triangles that are to be drawn and those that have to be looked at alone: what is not over the map,
- * to know whether it is held, and what is cut. */
+/* The triangles that are to be drawn and those that have to be looked at alone: what is not over
+ * the map, to know whether it is held, and what is cut. */
 INLINE void wanted_of(const ss_casters *c, const corners *at, ss_wide_ints plain,
                       ss_wide_ints *wanted, ss_wide_ints *alone) {
     const ss_raster_casters *asked = c->asked;

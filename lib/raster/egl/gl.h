@@ -1,8 +1,8 @@
 /* EGL and OpenGL as a table of functions, found at run time.
  *
- * Types are from libepoxy's headers; its library is not used: it ends the process with abort() where
- * libGL is not installed beside libEGL, as on the headless machines this is for. EGL itself gives every
- * function of OpenGL. */
+ * Types are from libepoxy's headers; its library is not used: it ends the process with abort()
+ * where libGL is not installed beside libEGL, as on the headless machines this is for. EGL itself
+ * gives every function of OpenGL. */
 #ifndef SS_RASTER_EGL_GL_H
 #define SS_RASTER_EGL_GL_H
 

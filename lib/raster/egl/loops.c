@@ -1,12 +1,12 @@
-/* How many steps a device's loops take. Mesa's software driver leaves all loops for good once those of
- * the 4 to 16 invocations that run together have gone round 65,535 times in all, and says nothing: a
- * shader then gives whatever it had got to. What no driver tells is tried. */
+/* How many steps a device's loops take. Mesa's software driver leaves all loops for good once those
+ * of the 4 to 16 invocations that run together have gone round 65,535 times in all, and says
+ * nothing: a shader then gives whatever it had got to. What no driver tells is tried. */
 #include "raster/egl/ask.h"
 
 #define MANY 1000000u /* a millisecond or two of one invocation */
 #define SOME 60000u
-/* Where there is an end: what invocations that run together take in two loops one after the other, if
- * each counts what the slowest may need, and as much as half of one for what comes before. */
+/* Where there is an end: what invocations that run together take in two loops one after the other,
+ * if each counts what the slowest may need, and as much as half of one for what comes before. */
 #define FEW 25000u
 
 static const char loop[] = "#version 430\n"

@@ -1,5 +1,6 @@
-/* Triangles on their way to the device: set up in C, as for the CPU (setup.h), so that both cover the
- * same texels and say the same about them, and cut into pieces of few texels, one an invocation. */
+/* Triangles on their way to the device: set up in C, as for the CPU (setup.h), so that both cover
+ * the same texels and say the same about them, and cut into pieces of few texels, one an
+ * invocation. */
 #ifndef SS_RASTER_EGL_WALK_H
 #define SS_RASTER_EGL_WALK_H
 
