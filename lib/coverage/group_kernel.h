@@ -309,6 +309,74 @@ static inline void walk_slab(walk *w, uint32_t slab) {
     flush(w); /* edges are numbered slab by slab */
 }
 
+/* ---- what the points lie behind -----------------------------------------------------------------
+ *
+ * Points on the far side of a solid see nothing for what is right before them: faces that the walk
+ * leaves to those behind, which are on the near side. A solid's fronts and backs wind equally often
+ * around a sample, edge by edge, so that a lane is covered by the one just where it is by the
+ * other: drawn first, the fronts near the points tell the same, and sooner. */
+
+#define AROUND 0.25f /* of the largest half of the points' box: faces are near */
+
+static inline vm near_points(const ss_group *g, const box *b) {
+    const float reach = AROUND * fmaxf(g->half[0], fmaxf(g->half[1], g->half[2]));
+    vm in = m_from(0xffff);
+    for (int k = 0; k < 3; k++) {
+        in = m_and(in, f_le(b->low[k], f_set(g->middle[k] + g->half[k] + reach)));
+        in = m_and(in, f_le(f_set(g->middle[k] - g->half[k] - reach), b->high[k]));
+    }
+    return in;
+}
+
+/* Those of a leaf that are near, for lanes that are in front of them and the light, or most of it,
+ * behind. */
+static inline void leaf_fronts(walk *w, uint32_t index) {
+    ss_group *g = w->g;
+    const ss_bvh_leaf *leaf = &g->slab->bvh->leaves[index];
+    const box b = triangle_box(leaf);
+    const uint32_t near = m_bits(near_points(g, &b)) & ((1u << leaf->count) - 1);
+    if (!near) return;
+    planes p;
+    triangle_sides(g, leaf, g->slab->outline->leaf_drop[index], &p);
+    vf up = f_set(0);
+    for (int k = 0; k < 3; k++) up = f_fma(f_load(p.n[k]), f_set(g->t_axis[k]), up);
+    const uint32_t away = m_bits(f_lt(up, f_set(0)));
+    p.front &= away, p.back &= ~away;
+    for (uint32_t m = near & (p.front | p.back); m; m &= m - 1) {
+        const unsigned slot = (unsigned)__builtin_ctz(m);
+        const uint32_t lanes = idle_lanes(g, &p, slot);
+        if (lanes && !(g->tested && g->tested[leaf->triangle[slot]])) single(w, leaf, slot, lanes);
+    }
+}
+
+/* Closes lanes that these cover; of the others they are forgotten. */
+static inline void draw_fronts(walk *w) {
+    ss_group *g = w->g;
+    uint32_t stack[SS_BVH_STACK], depth = 0;
+    g->slab = &g->slabs[0];
+    stack[depth++] = 0;
+    while (depth) {
+        const ss_bvh_node *node = &g->slab->bvh->nodes[stack[--depth]];
+        const box b = child_box(node);
+        for (uint32_t m = m_bits(near_points(g, &b)) & ((1u << node->count) - 1); m; m &= m - 1) {
+            const uint32_t child = node->child[__builtin_ctz(m)];
+            if (child & SS_BVH_LEAF)
+                leaf_fronts(w, child & ~SS_BVH_LEAF);
+            else
+                stack[depth++] = child;
+        }
+    }
+    close_lanes(w);
+}
+
+/* Nothing is covered but places that are no samples. */
+static inline void clear_masks(const walk *w) {
+    for (uint32_t m = w->open; m; m &= m - 1) {
+        memcpy(ss_group_mask(w->g, (unsigned)__builtin_ctz(m)), w->g->lattice->outside,
+               w->blocks * SS_BLOCK * sizeof(uint32_t));
+    }
+}
+
 static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
     _Static_assert(sizeof(walk) <= SS_GROUP_WALK_BYTES, "room for a walk");
     walk *w = g->walk;
@@ -318,11 +386,12 @@ static inline void run(ss_group *g, uint32_t blocks, uint32_t words) {
     w->planes = 3, w->work = w->uses = w->batch.count = 0;
     w->rows = (float)(w->row_blocks * SS_BLOCK), w->columns = (float)(32 * words);
     for (uint32_t i = 0; i < w->row_blocks * SS_BLOCK; i++) w->row[i] = (float)(i + 1);
-    for (uint32_t m = g->lanes; m; m &= m - 1) {
-        memcpy(ss_group_mask(g, (unsigned)__builtin_ctz(m)), g->lattice->outside,
-               blocks * SS_BLOCK * sizeof(uint32_t));
-    }
+    clear_masks(w);
     set_cones(w);
+    if (g->fronts_first && !g->marks) {
+        draw_fronts(w);
+        clear_masks(w);
+    }
     for (uint32_t i = g->slab_count; i-- > 0 && w->open;) walk_slab(w, i);
     conclude(w);
 }

@@ -234,8 +234,10 @@ static softshadow_status answer_drawn(scratch *s, const ss_point *points, unsign
     ss_group *g = s->group;
     const bool last = step + 1 == s->state->steps;
     *others = 0;
+    g->fronts_first = s->in_dark;
     const softshadow_status status = draw(s);
     if (status) return status;
+    s->in_dark = g->dark == g->lanes;
     for (uint32_t m = g->lanes; m; m &= m - 1) {
         const unsigned lane = (unsigned)__builtin_ctz(m);
         if (!last && !((g->lit | g->dark) >> lane & 1) && g->rough[lane] > s->state->rough[step]) {

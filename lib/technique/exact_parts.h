@@ -52,6 +52,7 @@ typedef struct scratch {
     size_t direct_room;
     double size;      /* largest coordinate of the casters as the host gave them, local units */
     uint64_t settled; /* points answered by whole groups */
+    bool in_dark;     /* all of the last group's points see nothing: of the next group, too? */
     uint32_t unlit;   /* groups since the last that was lit, as far as they were looked at */
     /* Groups of each step, and those of them of which some took the next. */
     uint32_t tried[SS_EXACT_STEPS], failed[SS_EXACT_STEPS];

@@ -190,6 +190,61 @@ static void batch_splits(void **state) {
     free_setting(&s);
 }
 
+/* A place on a face or, for every seventh, its edge, moved by `lift` along the normal. */
+static void place_on(const scene_mesh *mesh, size_t face, double lift, uint64_t *random,
+                     double p[3]) {
+    const uint32_t *v = mesh->indices + 3 * face;
+    const double *a = mesh->xyz + 3 * (size_t)v[0];
+    const double u = face % 7 ? scene_uniform(random, 0, 1) : 0;
+    const double w = scene_uniform(random, 0, 1 - u);
+    double e[3], f[3], n[3], square = 0;
+    for (int k = 0; k < 3; k++) {
+        e[k] = mesh->xyz[3 * (size_t)v[1] + (size_t)k] - a[k];
+        f[k] = mesh->xyz[3 * (size_t)v[2] + (size_t)k] - a[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+        square += n[k] * n[k];
+    }
+    for (int k = 0; k < 3; k++) p[k] = a[k] + u * e[k] + w * f[k] + lift * n[k] / sqrt(square);
+}
+
+/* Points on solids, where many in a row see nothing: what has told one of them may be tried on the
+ * next, which must not show. A point that is asked alone has none before it. */
+static void points_on_solids(void **state) {
+    static const double lift[] = {0, 1e-6, 4e-4, 1e-2, -1e-5};
+    const softshadow_light lights[] = {scene_sphere_light(2, 1, 6, 0.75),
+                                       scene_rect_light(-1, 0.5, 5, 1.5, 1)};
+    scene_mesh mesh = {0};
+    scene_spheres(&mesh, 3);
+    scene_box(&mesh, (const double[3]){-3, -3, -2}, (const double[3]){3, 3, -1.5});
+    const size_t n = mesh.triangles;
+    double(*points)[3] = malloc(n * sizeof *points);
+    uint64_t random = 11;
+    for (size_t i = 0; i < n; i++) place_on(&mesh, i, lift[i % COUNT(lift)], &random, points[i]);
+    for (size_t l = 0; l < COUNT(lights); l++) {
+        ask all = ask_new(*state, &mesh, lights[l], (const double(*)[3])points, n, SAMPLES);
+        all.unbounded = true; /* bounds need all of the faces */
+        softshadow *handle = ask_handle(&all);
+        ask_query(handle, &all);
+        ask alone = all;
+        alone.visibility = calloc(n, sizeof(float)), alone.bound = calloc(n, sizeof(float));
+        size_t dark = 0;
+        for (size_t i = 0; i < n; i++) {
+            ask one = alone;
+            one.points += i, one.count = 1, one.visibility += i, one.bound += i;
+            ask_query(handle, &one);
+            dark += alone.visibility[i] == 0;
+        }
+        CHECK(4 * dark > n, "%zu of %zu points see nothing", dark, n);
+        ask_same_bits(all.visibility, alone.visibility, n, "points on solids");
+        softshadow_destroy(handle);
+        ask_free(&all), ask_free(&alone);
+    }
+    free(points);
+    scene_free(&mesh);
+}
+
 /* A host's scheduler: on one thread backwards, or on three threads. */
 typedef struct range {
     void (*body)(void *ctx, uint64_t begin, uint64_t end);
@@ -366,6 +421,7 @@ int main(void) {
         {"permuted axes", axes, ask_truthful},
         {"order of points", point_order, NULL},
         {"splits of a batch", batch_splits, NULL},
+        {"points on solids", points_on_solids, ask_noise_free},
         {"threads and the host's scheduler", threads_and_schedulers, NULL},
         {"types, strides, borrowed arrays", types_and_strides, NULL},
         {"several lights", several_lights, NULL},
