@@ -11,8 +11,10 @@ typedef struct ss_offer_face {
     const float *depth;
     float *texels;
     float *above, *lit; /* of penumbra-limit: where its lower limit is looked for from; ss_light_maps' */
-    /* Of penumbra-volume: what cuts the light at a texel, of the tag that it has. */
-    void (*ends)(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]);
+    /* Of penumbra-volume: what cuts the light, of each edge as a texel has it, the first two left
+     * open; and around a corner, at a texel, by the tag that it has. */
+    const float (*ends)[8];
+    void (*around)(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]);
     const void *of;
     const float *rows;  /* the rim's */
     uint32_t side;      /* at most SS_OFFER_SIDE */

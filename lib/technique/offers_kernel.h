@@ -128,6 +128,7 @@ SS_TILE_INLINE ss_wide size_of(ss_wide x) { return (ss_wide)((ss_wide_ints)x & I
 typedef struct foot {
     ss_wide away, place[2], outwards[2];
     ss_wide_mask inside;
+    ss_wide_mask close; /* to its vertex: outwards is not known well */
 } foot;
 
 SS_TILE_INLINE void strip_foot(const float *rim, int32_t x, int32_t y, const ss_wide *away,
@@ -141,7 +142,7 @@ SS_TILE_INLINE void strip_foot(const float *rim, int32_t x, int32_t y, const ss_
     out->place[0] = column - along * rim[SS_RIM_RIGHT];
     out->place[1] = row - along * rim[SS_RIM_RIGHT + 1];
     for (int k = 0; k < 2; k++) out->outwards[k] = SS_WIDE_ALL(rim[SS_RIM_RIGHT + k]);
-    out->inside = SS_WIDE_IS_LESS(*away, zero);
+    out->inside = SS_WIDE_IS_LESS(*away, zero), out->close = SS_WIDE_NONE;
 }
 
 SS_TILE_INLINE void corner_foot(const float *rim, const ss_wide a[SS_RASTER_ATTRIBUTES],
@@ -154,7 +155,7 @@ SS_TILE_INLINE void corner_foot(const float *rim, const ss_wide a[SS_RASTER_ATTR
     out->away = sign * *away;
     out->outwards[0] = a[0] * per, out->outwards[1] = a[2] * per;
     for (int k = 0; k < 2; k++) out->place[k] = SS_WIDE_ALL(rim[SS_RIM_PLACE + k]);
-    out->inside = *inside;
+    out->inside = *inside, out->close = SS_WIDE_IS_LESS(square, one);
 }
 
 /* Of corners: what is inside of them, as the tag or, for discs, what covers the texel says. */
@@ -163,7 +164,7 @@ SS_TILE_INLINE ss_wide_mask corner_inside(uint32_t tag, ss_wide_mask covered) {
     return tag & SS_RIM_INSIDE ? (ss_wide_mask)~SS_WIDE_NONE : SS_WIDE_NONE;
 }
 
-/* ss_rim_open() */
+/* ss_rim_open(), and whether it needs to be looked up. */
 SS_TILE_INLINE void depth_past(const ss_offer_face *f, const foot *at, float way, ss_wide *out) {
     const ss_wide most = SS_WIDE_ALL((float)(f->side - 1)), zero = {0};
     ss_wide x = at->place[0] + way * at->outwards[0], y = at->place[1] + way * at->outwards[1];
@@ -175,8 +176,11 @@ SS_TILE_INLINE void depth_past(const ss_offer_face *f, const foot *at, float way
     ss_wide_gather(f->depth, &index, out);
 }
 
-SS_TILE_INLINE void open_past(const ss_offer_face *f, const foot *at, ss_wide *out) {
+SS_TILE_INLINE void open_past(const ss_offer_face *f, const foot *at, uint32_t tag,
+                              ss_wide *out) {
     ss_wide near, far;
+    *out = SS_WIDE_ALL(SS_MAP_FAR);
+    if (tag & SS_RIM_SKY && !ss_wide_any(at->close)) return;
     depth_past(f, at, 1.5f, &near), depth_past(f, at, 2.5f, &far);
     *out = SS_WIDE_MORE(near, far);
 }
@@ -250,7 +254,7 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     const ss_offer_face *f = ctx;
     const ss_wide depth = CONSTANT_AT(tile->depth, row, x), c = a[1], zero = {0};
     const ss_wide before = CONSTANT_AT(tile->key, row, x);
-    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
     const bool corner = tag & SS_RIM_CORNER;
     ss_wide_mask inside = SS_WIDE_IS_LESS(a[0], zero);
     if (corner) inside = corner_inside(tag, SS_WIDE_IS_LESS(depth, c + f->near));
@@ -270,7 +274,7 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     const ss_wide wide = f->paper ? c + size : size / (receiver - c);
     may &= SS_WIDE_IS_LESS(wide, before) & (~outside | limit_outside(f, depth, c, q));
     if (!ss_wide_any(may)) return;
-    open_past(f, &at, &open);
+    open_past(f, &at, tag, &open);
     const ss_wide key = f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
     const ss_wide_mask better =
         may & ~SS_WIDE_IS_LESS(open, c - f->near) & SS_WIDE_IS_LESS(key, before);
@@ -383,7 +387,7 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_offer_face *f = ctx;
     const ss_wide depth = CONSTANT_AT(tile->depth, row, x), edge = a[1], zero = {0};
     const ss_wide before = CONSTANT_AT(tile->key, row, x), near = SS_WIDE_ALL(f->near);
-    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
     const bool corner = tag & SS_RIM_CORNER;
     const ss_wide gap = SS_WIDE_ALL(f->far) - edge, deepest = SS_WIDE_MORE(gap, near);
     ss_wide_mask may = *in;
@@ -408,14 +412,14 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_wide nowhere = size_of(at.outwards[0]) + size_of(at.outwards[1]);
     may &= SS_WIDE_IS_LESS(key, before) & SS_WIDE_IS_LESS(zero, nowhere);
     if (!ss_wide_any(may)) return;
-    open_past(f, &at, &open);
+    open_past(f, &at, tag, &open);
     if (!f->paper) may &= volume_matters(f, &at, edge, depth, rise, open);
     if (!ss_wide_any(may)) return;
     const ss_wide one = SS_WIDE_ALL(1.f), begin = edge + rise;
     const ss_wide_mask out = SS_WIDE_IS_LESS(zero, at.away), past = SS_WIDE_IS_LESS(one, at.away);
     const ss_wide_mask covered = ~out | (~past & SS_WIDE_IS_LESS(depth, edge + f->steep));
     const ss_wide_mask lower = covered & SS_WIDE_IS_LESS(begin, depth);
-    const ss_wide_ints plain = (int32_t)tag - (ss_wide_ints){0};
+    const ss_wide_ints plain = (int32_t)(tag & ~SS_RIM_SKY) - (ss_wide_ints){0};
     const ss_wide tagged =
         SS_WIDE_CHOOSE(at.inside, (ss_wide)(plain | SS_RIM_INSIDE), (ss_wide)plain);
     keep_value(tile->key, row, x, may, key);
@@ -456,20 +460,29 @@ static void volume_room(const void *ctx, const ss_raster_tile *tile, float neare
     if (!f->paper) most_of(sum, most), most[0] *= 1 + 0x1p-16f;
 }
 
-/* A texel has eight channels. */
+/* A texel of eight channels is written at once: what is read in other pieces than it was just
+ * written in is waited for. */
+SS_TILE_INLINE void volume_texel(const ss_offer_face *f, const ss_raster_tile *tile, int32_t row,
+                                 int32_t x, float *texel) {
+    uint32_t tag;
+    memcpy(&tag, &tile->value[VOLUME_TAG][row][x], sizeof tag);
+    const bool corner = tag & SS_RIM_CORNER;
+    ss_eight whole = *(const ss_eight_there *)f->ends[corner ? 0 : tag / SS_RIM_TAG];
+    whole[0] = tile->value[VOLUME_BEGIN][row][x], whole[1] = tile->value[VOLUME_END][row][x];
+    *(ss_eight_there *)texel = whole;
+    if (corner)
+        f->around(f->of, tag, (uint32_t)(tile->x + x), (uint32_t)(tile->y + row), texel + 2);
+}
+
 static void volume_end(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
     for (int32_t row = 0; row < tile->height; row++) {
         float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
         for (int32_t x = 0; x < tile->width; x++, texel += 8) {
-            const bool none = tile->key[row][x] == SS_MAP_FAR;
-            float whole[8] = {none ? SS_MAP_FAR : tile->value[VOLUME_BEGIN][row][x],
-                              tile->value[VOLUME_END][row][x]};
-            uint32_t tag;
-            memcpy(&tag, &tile->value[VOLUME_TAG][row][x], sizeof tag);
-            if (!none)
-                f->ends(f->of, tag, (uint32_t)(tile->x + x), (uint32_t)(tile->y + row), whole + 2);
-            memcpy(texel, whole, sizeof whole);
+            if (tile->key[row][x] != SS_MAP_FAR)
+                volume_texel(f, tile, row, x, texel);
+            else
+                *(ss_eight_there *)texel = (ss_eight){SS_MAP_FAR};
         }
     }
 }
@@ -488,7 +501,7 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
     const ss_offer_face *f = ctx;
     const ss_wide edge = a[1], zero = {0}, before = CONSTANT_AT(tile->key, row, x);
     const ss_wide other = CONSTANT_AT(tile->value[0], row, x);
-    const float *rim = f->rows + (size_t)(tag / SS_RIM_TAG) * SS_RIM_ROW;
+    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
     const bool corner = tag & SS_RIM_CORNER;
     const ss_wide to = (before - edge) * f->texels_per + 2.5f;
     ss_wide_mask may = *in & ~too_far(a, to, tag) & ~SS_WIDE_IS_LESS(before, edge);
@@ -507,7 +520,7 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
         corner_foot(rim, a, &away, &inside, &at);
     else
         strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
-    open_past(f, &at, &open);
+    open_past(f, &at, tag, &open);
     may &= SS_WIDE_IS_LESS(edge + f->near, open);
     keep_value(tile->key, row, x, may, begins);
     keep_value(tile->value[0], row, x, may, edge);

@@ -59,7 +59,8 @@ typedef struct volumes {
     const ss_rim *rim;
     const float *depth; /* of this face */
     float *texels, *key;
-    float (*ends)[6]; /* of each edge */
+    float (*ends)[VOLUME_CHANNELS]; /* of each edge, as a texel has them */
+    struct turn *turns;             /* of each vertex */
     uint32_t side;
     float per_texel; /* of distance, in h: the light's cone */
     float climb;     /* the same of the volumes, which are wider */
@@ -217,32 +218,49 @@ static const char offer_glsl[] = SS_RIM_GLSL
 
 /* ---- the edges' ends ------------------------------------------------------------------------ */
 
-/* Map coordinates to local ones. */
-static void lift(const ss_frame *frame, double column, double row, double h, float out[3]) {
+/* A depth as it takes map coordinates to local ones: what they are divided by, and how far along
+ * the axis. */
+typedef struct level {
+    double scale, along;
+} level;
+
+static level level_of(const ss_frame *frame, double h) {
     const double s = 1 - h * frame->inverse;
-    const double x = (frame->low[0] + column * frame->texel) / s;
-    const double y = (frame->low[1] + row * frame->texel) / s;
+    return (level){s, h / s};
+}
+
+/* Map coordinates to local ones. */
+static void lift(const ss_frame *frame, double column, double row, const level *at,
+                 float out[3]) {
+    const double x = (frame->low[0] + column * frame->texel) / at->scale;
+    const double y = (frame->low[1] + row * frame->texel) / at->scale;
     for (int k = 0; k < 3; k++) {
-        out[k] =
-            (float)(frame->origin[k] + x * frame->x[k] + y * frame->y[k] + h / s * frame->z[k]);
+        out[k] = (float)(frame->origin[k] + x * frame->x[k] + y * frame->y[k] +
+                         at->along * frame->z[k]);
     }
 }
+
+/* A vertex of the rim, in local coordinates. */
+typedef struct turn {
+    level at;
+    float end[3];
+} turn;
 
 /* The ends of an edge, the occluder on the left as the light sees them. */
 static void ends_of(const volumes *v, const ss_rim_edge *edge, float ends[6]) {
-    for (int i = 0; i < 2; i++) {
-        const ss_rim_vertex *at = &v->rim->vertex[edge->vertex[v->mirrored ? 1 - i : i]];
-        lift(v->frame, at->x, at->y, at->h, ends + 3 * i);
-    }
+    for (int i = 0; i < 2; i++)
+        memcpy(ends + 3 * i, v->turns[edge->vertex[v->mirrored ? 1 - i : i]].end,
+               sizeof v->turns->end);
 }
 
-/* A line through a vertex with `outwards` on its right, as long as a map's side, which floats hold
- * well. */
-static void ends_across(const volumes *v, const ss_rim_vertex *at, const double outwards[2],
-                        float ends[6]) {
+/* A line through vertex number i with `outwards` on its right, as long as a map's side, which
+ * floats hold well. */
+static void ends_across(const volumes *v, uint32_t i, const double outwards[2], float ends[6]) {
+    const ss_rim_vertex *at = &v->rim->vertex[i];
     const double reach = v->mirrored ? -(double)v->side : v->side;
-    lift(v->frame, at->x, at->y, at->h, ends);
-    lift(v->frame, at->x - reach * outwards[1], at->y + reach * outwards[0], at->h, ends + 3);
+    memcpy(ends, v->turns[i].end, sizeof v->turns->end);
+    lift(v->frame, at->x - reach * outwards[1], at->y + reach * outwards[0], &v->turns[i].at,
+         ends + 3);
 }
 
 /* The mitre of [Cou05] figure 4.2: of a corner's two edges the one on whose side of it the place
@@ -259,19 +277,19 @@ static void mitre(const volumes *v, const ss_rim_vertex *at, const double place[
     }
 }
 
-static void ends_around(const volumes *v, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
+static void ends_around(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
+    const volumes *v = of;
     const ss_rim_vertex *at = &v->rim->vertex[tag / SS_RIM_TAG];
     const double place[2] = {x + .5 - at->x, y + .5 - at->y};
     const double length = sqrt(place[0] * place[0] + place[1] * place[1]);
     const double per = length > 0 ? (tag & SS_RIM_INSIDE ? -1 : 1) / length : 0;
-    ends_across(v, at, (double[2]){place[0] * per, place[1] * per}, ends);
+    ends_across(v, tag / SS_RIM_TAG, (double[2]){place[0] * per, place[1] * per}, ends);
     if (v->paper && !(tag & SS_RIM_DISC)) mitre(v, at, place, ends);
 }
 
-static void ends_at(const void *of, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
-    const volumes *v = of;
+static void ends_at(const volumes *v, uint32_t tag, uint32_t x, uint32_t y, float ends[6]) {
     if (tag & SS_RIM_CORNER) ends_around(v, tag, x, y, ends);
-    else memcpy(ends, v->ends[tag / SS_RIM_TAG], sizeof *v->ends);
+    else memcpy(ends, v->ends[tag / SS_RIM_TAG] + VOLUME_FROM, 6 * sizeof *ends);
 }
 
 static softshadow_status settle_rows(void *ctx, uint64_t begin, uint64_t end) {
@@ -302,10 +320,18 @@ static bool is_tiled(const ss_stage *stage, uint32_t side) {
 }
 
 static softshadow_status find_ends(volumes *v) {
-    v->ends = ss_alloc_any(v->rim->edge_count, sizeof *v->ends);
-    if (!v->ends)
-        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", v->rim->edge_count);
-    for (size_t i = 0; i < v->rim->edge_count; i++) ends_of(v, &v->rim->edge[i], v->ends[i]);
+    const ss_rim *rim = v->rim;
+    v->ends = ss_alloc_any(rim->edge_count, sizeof *v->ends);
+    v->turns = ss_alloc_any(rim->vertex_count, sizeof *v->turns);
+    if (!v->ends || !v->turns)
+        return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for %zu edges", rim->edge_count);
+    for (size_t i = 0; i < rim->vertex_count; i++) {
+        const ss_rim_vertex *at = &rim->vertex[i];
+        v->turns[i].at = level_of(v->frame, at->h);
+        lift(v->frame, at->x, at->y, &v->turns[i].at, v->turns[i].end);
+    }
+    for (size_t i = 0; i < rim->edge_count; i++)
+        ends_of(v, &rim->edge[i], v->ends[i] + VOLUME_FROM);
     return SOFTSHADOW_OK;
 }
 
@@ -324,7 +350,7 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
                          .tiler = is_tiled(stage, v->side)
                                       ? SS_OFFERS_OF(ss_offers_volume, stage->rung)
                                       : NULL};
-    ss_offer_face tiled = {.ends = ends_at,
+    ss_offer_face tiled = {.around = ends_around,
                            .of = v,
                            .depth = v->depth,
                            .texels = v->texels,
@@ -345,14 +371,15 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
     if (!status && !v->paper)
         status = ss_rim_find_hidden(stage, &rim, v->depth, v->side, -v->near, &unseen);
     style.hidden = unseen;
+    if (ink.tiler) style.depth = v->depth, style.side = v->side;
     if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
     if (!status) {
-        tiled.rows = rim.row, ink.tiler_ctx = &tiled;
+        tiled.rows = rim.row, tiled.ends = (const float(*)[8])v->ends, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);
         status = stage->raster->keep(triangles, count, v->side, &ink, stage->pool);
     }
     if (!status && !ink.tiler) status = ss_parallel_for(stage->pool, v->side, 16, settle_rows, v);
-    ss_free(triangles), ss_free(v->ends), ss_free(unseen);
+    ss_free(triangles), ss_free(v->ends), ss_free(v->turns), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

@@ -281,6 +281,71 @@ static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
                  wide * width_of(a, edge->vertex[1]), a->style->tangent, m);
 }
 
+/* ---- open sky ------------------------------------------------------------------------------- */
+
+/* Silhouettes against nothing are those that matter most: what is known of all of an edge is not
+ * looked up for each texel. */
+#define SKY_WAY   2.5     /* the farther of the two places of ss_rim_open() */
+#define SKY_SLACK .0625   /* texels: snapping moves corners by 1/512, floats places by less */
+#define SKY_BULGE .1      /* of a piece's arc beyond its chord: SKY_WAY (1 - cos(PIECE / 2)) */
+#define SKY_MOST  16      /* texels along a side that are looked at */
+#define SKY_LEAST 0x1p-10 /* texels: shorter edges' gradients say little */
+
+/* Where depths are looked up. */
+typedef struct patch {
+    double low[2], high[2];
+} patch;
+
+static void spread(patch *p, double x, double y) {
+    const double at[2] = {x, y};
+    for (int k = 0; k < 2; k++)
+        p->low[k] = fmin(p->low[k], at[k]), p->high[k] = fmax(p->high[k], at[k]);
+}
+
+static bool nothing_at(const artist *a, const patch *p, double slack) {
+    const double most = a->style->side - 1.0;
+    uint32_t from[2], to[2];
+    if (!a->style->depth) return false;
+    for (int k = 0; k < 2; k++) {
+        if (!(p->high[k] - p->low[k] < SKY_MOST)) return false;
+        from[k] = (uint32_t)fmin(fmax(p->low[k] - slack, 0), most);
+        to[k] = (uint32_t)fmin(fmax(p->high[k] + slack, 0), most);
+    }
+    for (uint32_t y = from[1]; y <= to[1]; y++) {
+        const float *row = a->style->depth + (size_t)y * a->style->side;
+        for (uint32_t x = from[0]; x <= to[0]; x++)
+            if (row[x] != SS_MAP_FAR) return false;
+    }
+    return true;
+}
+
+/* What hangs on a strip's corners hangs on the edge there; or, where penumbrae are not as wide
+ * everywhere, a little beside it: what is between the corners is between those places. */
+static bool strip_open(const artist *a, const ss_rim_edge *edge, const double right[2],
+                       const spot near[2], const spot far[2]) {
+    const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
+    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    if (!(edge->length > SKY_LEAST)) return false;
+    for (int i = 0; i < 4; i++) {
+        const spot *at = i < 2 ? &near[i] : &far[i - 2];
+        const double past = SKY_WAY - wide * at->attribute[0];
+        spread(&p, at->x + past * right[0], at->y + past * right[1]);
+    }
+    return nothing_at(a, &p, SKY_SLACK);
+}
+
+/* The same of a corner's piece between two ways, unit vectors. */
+static bool piece_open(const artist *a, const ss_rim_vertex *at, const double ways[2][2],
+                       uint32_t flags) {
+    const double way = flags & SS_RIM_INSIDE ? -SKY_WAY : SKY_WAY;
+    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    if (flags & SS_RIM_DISC) return false;
+    for (int i = 0; i < 2; i++) spread(&p, at->x + way * ways[i][0], at->y + way * ways[i][1]);
+    return nothing_at(a, &p, SKY_SLACK + SKY_BULGE);
+}
+
+/* ---- strips and corners --------------------------------------------------------------------- */
+
 static void strip(artist *a, uint32_t e, double side) {
     const ss_rim_edge *edge = &a->rim->edge[e];
     double m[2];
@@ -293,7 +358,9 @@ static void strip(artist *a, uint32_t e, double side) {
         near[i] = (spot){v->x, v->y, {0, v->h}};
         far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
     }
-    const uint32_t tag = SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0);
+    const bool open = strip_open(a, edge, right, near, far);
+    const uint32_t tag =
+        SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0) + (open ? SS_RIM_SKY : 0);
     triangle(a, &near[0], &near[1], &far[1], tag);
     triangle(a, &near[0], &far[1], &far[0], tag);
 }
@@ -307,13 +374,16 @@ static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flag
     const spot tip = {at->x, at->y, {0, at->h}};
     for (int i = 0; i < pieces; i++) {
         spot rim[2];
+        double ways[2][2];
         for (int k = 0; k < 2; k++) {
-            const double angle = from + turn * (i + k) / pieces, x = r * cos(angle),
-                         y = r * sin(angle);
+            const double angle = from + turn * (i + k) / pieces;
+            ways[k][0] = cos(angle), ways[k][1] = sin(angle);
+            const double x = r * ways[k][0], y = r * ways[k][1];
             rim[k] = (spot){at->x + x, at->y + y,
                             {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
         }
-        triangle(a, &tip, &rim[0], &rim[1], SS_RIM_TAG * v + SS_RIM_CORNER + flags);
+        const uint32_t open = piece_open(a, at, ways, flags) ? SS_RIM_SKY : 0;
+        triangle(a, &tip, &rim[0], &rim[1], SS_RIM_TAG * v + SS_RIM_CORNER + flags + open);
     }
 }
 

@@ -67,10 +67,17 @@ typedef struct ss_rim_style {
     bool inside;  /* draw both sides */
     const uint8_t *hidden; /* an edge: it draws nothing, nor do corners between two such; or NULL */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
+    const float *depth; /* of the map, `side` texels squared, where triangles are to be marked with
+                           SS_RIM_SKY; or NULL */
+    uint32_t side;
 } ss_rim_style;
 
 /* DISC: all around a vertex whose inside and outside the rim does not tell. */
 enum { SS_RIM_CORNER = 1, SS_RIM_INSIDE = 2, SS_RIM_DISC = 4, SS_RIM_TAG = 8 };
+/* Only where it is asked for: light gets past as far as it likes, ss_rim_open() is SS_MAP_FAR for
+ * all that hangs on it, of a corner from a texel away on. */
+#define SS_RIM_SKY 0x80000000u
+static inline uint32_t ss_rim_number(uint32_t tag) { return (tag & ~SS_RIM_SKY) / SS_RIM_TAG; }
 
 /* How far texel i of a run is from its edge or vertex; the sign of strips is kept. */
 static inline float ss_rim_away(const ss_raster_run *run, uint32_t i) {
