@@ -67,10 +67,29 @@ typedef struct ss_raster_tile {
         value[3][SS_RASTER_TILE][SS_RASTER_TILE];
 } ss_raster_tile;
 
+/* A triangle in a tile: not nearer than `least`, as the ink's `least` below has it, with attribute
+ * 1 not below `nearest`. */
+typedef struct ss_raster_visit {
+    uint32_t part; /* of what is drawn */
+    uint16_t tile; /* of a band */
+    uint8_t kind, bucket;
+    float least, nearest;
+} ss_raster_visit;
+
+/* Rows of the map, and tiles along them: two rows of tiles make a band. */
+typedef struct ss_raster_band {
+    int32_t first_row, last_row;
+    uint32_t across;
+} ss_raster_band;
+
 /* How an ink draws whole tiles: reads what it needs of its planes, adds triangles, says what there
  * is room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
 struct ss_scan;
 typedef struct ss_raster_tiler {
+    /* The tiles of a band that a triangle touches: writes them, gives how many. NULL: by `least`
+     * below, one by one, which says the same. */
+    uint32_t (*visit)(const void *tiler_ctx, const struct ss_scan *scan, uint32_t tag,
+                      const ss_raster_band *band, uint32_t part, ss_raster_visit *out);
     void (*begin)(const void *tiler_ctx, ss_raster_tile *tile);
     void (*draw)(const void *tiler_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
                  uint32_t tag);

@@ -36,6 +36,71 @@ SS_TILE_INLINE ss_wide_mask too_far(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wi
     return SS_WIDE_IS_LESS(more * more * all, square * square) | SS_WIDE_IS_LESS(more, zero);
 }
 
+/* ---- which tiles ----------------------------------------------------------------------------- */
+
+#ifdef SS_TILE_VISITS
+/* ss_rim_least() */
+SS_TILE_INLINE void rim_least(uint32_t tag, const ss_tile_bounds *of, ss_tile_floats *out) {
+    const ss_tile_floats zero = {0};
+    const ss_tile_floats west = SS_TILE_PICK(of->high[0] < 0, -of->high[0], zero);
+    const ss_tile_floats x = SS_TILE_PICK(of->low[0] > 0, of->low[0], west);
+    *out = x * (1 - 0x1p-16f);
+    if (!(tag & SS_RIM_CORNER)) return;
+    const ss_tile_floats south = SS_TILE_PICK(of->high[2] < 0, -of->high[2], zero);
+    const ss_tile_floats y = SS_TILE_PICK(of->low[2] > 0, of->low[2], south);
+    const ss_tile_floats from = (ss_tile_floats)((ss_tile_ints)of->low[3] & INT32_MAX);
+    const ss_tile_floats to = (ss_tile_floats)((ss_tile_ints)of->high[3] & INT32_MAX);
+    const ss_tile_floats lean = SS_TILE_MORE(from, to), square = x * x + y * y;
+    const ss_tile_floats away = square / ss_tile_root(square + lean * lean);
+    *out = SS_TILE_PICK(square > 0, away * (1 - 0x1p-16f), zero);
+}
+
+/* least_rise() of outer.c, of a plain pen. */
+SS_TILE_INLINE int outer_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+                               ss_tile_floats *out) {
+    const ss_outer_sheet *s = ctx;
+    rim_least(tag, of, out);
+    *out *= s->per_texel;
+    return 0;
+}
+
+/* Of techniques that tell the inside from the outside, which is kind 0; a disc may be inside. */
+SS_TILE_INLINE int sided_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+                               ss_tile_floats *out) {
+    const ss_offer_face *f = ctx;
+    rim_least(tag, of, out);
+    *out = f->paper ? (ss_tile_floats){0} : *out * f->per_texel;
+    return (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+}
+
+/* least_rise() of penumbra_mask.c */
+SS_TILE_INLINE int mask_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+                              ss_tile_floats *out) {
+    const ss_offer_face *f = ctx;
+    rim_least(tag, of, out);
+    const ss_tile_floats away = *out - 2;
+    *out = SS_TILE_PICK(away > 0, away * f->per_texel, (ss_tile_floats){0});
+    return 0;
+}
+
+/* A tiler's visit; strips have two attributes. */
+#define VISIT(name, least)                                                                         \
+    static uint32_t name(const void *ctx, const ss_scan *scan, uint32_t tag,                       \
+                         const ss_raster_band *band, uint32_t part, ss_raster_visit *out) {        \
+        if (tag & SS_RIM_CORNER)                                                                   \
+            return ss_tile_visits(scan, tag | SS_RIM_CORNER, band, part, 4, least, ctx, out);      \
+        return ss_tile_visits(scan, tag & ~(uint32_t)SS_RIM_CORNER, band, part, 2, least, ctx,     \
+                              out);                                                                \
+    }
+VISIT(outer_visit, outer_least)
+VISIT(sided_visit, sided_least)
+VISIT(mask_visit, mask_least)
+#else
+#define outer_visit NULL
+#define sided_visit NULL
+#define mask_visit  NULL
+#endif
+
 #define CONSTANT_AT(plane, row, column) (*(const ss_wide_there *)((plane)[row] + (column)))
 
 /* ---- penumbra-map and smoothie --------------------------------------------------------------- */
@@ -118,7 +183,8 @@ static void outer_end(const void *ctx, ss_raster_tile *tile) {
     ss_light_maps_set_lit(s->lit, s->side, tile, ss_wide_least(&least));
 }
 
-const ss_raster_tiler RUNG(ss_offers_outer) = {outer_begin, outer_draw, outer_room, outer_end};
+const ss_raster_tiler RUNG(ss_offers_outer) = {outer_visit, outer_begin, outer_draw,
+                                                  outer_room, outer_end};
 
 /* ---- what a texel hangs on ------------------------------------------------------------------- */
 
@@ -350,7 +416,8 @@ static void limit_end(const void *ctx, ss_raster_tile *tile) {
     ss_light_maps_set_lit(f->lit, f->side, tile, ss_wide_least(&least));
 }
 
-const ss_raster_tiler RUNG(ss_offers_limit) = {limit_begin, limit_draw, limit_room, limit_end};
+const ss_raster_tiler RUNG(ss_offers_limit) = {sided_visit, limit_begin, limit_draw,
+                                                  limit_room, limit_end};
 
 /* ---- penumbra-volume ------------------------------------------------------------------------- */
 
@@ -487,7 +554,8 @@ static void volume_end(const void *ctx, ss_raster_tile *tile) {
     }
 }
 
-const ss_raster_tiler RUNG(ss_offers_volume) = {volume_begin, volume_draw, volume_room, volume_end};
+const ss_raster_tiler RUNG(ss_offers_volume) = {sided_visit, volume_begin, volume_draw,
+                                                   volume_room, volume_end};
 
 /* ---- penumbra-mask --------------------------------------------------------------------------- */
 
@@ -556,4 +624,5 @@ static void mask_end(const void *ctx, ss_raster_tile *tile) {
     }
 }
 
-const ss_raster_tiler RUNG(ss_offers_mask) = {mask_begin, mask_draw, mask_room, mask_end};
+const ss_raster_tiler RUNG(ss_offers_mask) = {mask_visit, mask_begin, mask_draw, mask_room,
+                                                 mask_end};

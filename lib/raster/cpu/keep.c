@@ -71,13 +71,7 @@ static bool part_rows(const void *ctx, size_t i, int32_t *first, int32_t *last) 
 
 /* ---- a band --------------------------------------------------------------------------------- */
 
-/* A triangle in a tile. */
-typedef struct visit {
-    uint32_t part;
-    uint16_t tile;
-    uint8_t kind, bucket;
-    float least, nearest; /* distance; attribute 1 */
-} visit;
+typedef ss_raster_visit visit;
 
 typedef struct band {
     const sketch *sketch;
@@ -136,18 +130,18 @@ static inline bool misses(const ss_scan *s, const edge e[3], const int32_t box[4
     return least < 0; /* one of them is */
 }
 
-static bool add_visit(band *b, const visit *v) {
-    if (b->count == b->room) {
-        const size_t wanted = 2 * b->room + 4096;
-        visit *grown = ss_grow(b->visits, b->count, wanted, sizeof *grown);
-        if (!grown) return false;
-        b->visits = grown, b->room = wanted;
-    }
-    b->visits[b->count++] = *v;
+/* For one triangle in all tiles. */
+static bool make_room(band *b) {
+    const size_t most = 2 * (size_t)b->across;
+    if (b->room - b->count >= most) return true;
+    const size_t wanted = 2 * b->room + 4096 + most;
+    visit *grown = ss_grow(b->visits, b->count, wanted, sizeof *grown);
+    if (!grown) return false;
+    b->visits = grown, b->room = wanted;
     return true;
 }
 
-static bool add_visits(band *b, uint32_t part) {
+static void add_visits(band *b, uint32_t part) {
     const sketch *s = b->sketch;
     const ss_scan *scan = &s->parts[part];
     const uint32_t tag = s->triangles[s->owner[part]].tag;
@@ -171,8 +165,24 @@ static bool add_visits(band *b, uint32_t part) {
                        .tile = (uint16_t)((uint32_t)row * b->across + (uint32_t)column)};
             v.least = s->ink->least(s->ink->keep_ctx, tag, from, to, &kind);
             v.kind = (uint8_t)kind;
-            if (!add_visit(b, &v)) return false;
+            b->visits[b->count++] = v;
         }
+    }
+}
+
+static bool visit_band(band *b, uint32_t index) {
+    const sketch *s = b->sketch;
+    const ss_raster_tiler *tiler = s->ink->tiler;
+    const ss_raster_band rows = {b->first_row, b->last_row, b->across};
+    for (uint32_t i = s->bins.first[index]; i < s->bins.first[index + 1]; i++) {
+        const uint32_t part = s->bins.item[i];
+        if (!make_room(b)) return false;
+        if (!tiler || !tiler->visit)
+            add_visits(b, part);
+        else
+            b->count += tiler->visit(s->ink->tiler_ctx, &s->parts[part],
+                                     s->triangles[s->owner[part]].tag, &rows, part,
+                                     b->visits + b->count);
     }
     return true;
 }
@@ -293,11 +303,7 @@ static softshadow_status draw_band(band *b, span *spans, uint32_t index) {
     const sketch *s = b->sketch;
     softshadow_status status = SOFTSHADOW_OK;
     b->start = ss_alloc(2 * (size_t)b->across * BUCKETS + 1, sizeof *b->start);
-    bool fine = b->start != NULL;
-    for (uint32_t i = s->bins.first[index]; i < s->bins.first[index + 1] && fine; i++) {
-        fine = add_visits(b, s->bins.item[i]);
-    }
-    fine = fine && sort_visits(b, spans);
+    bool fine = b->start && visit_band(b, index) && sort_visits(b, spans);
     for (uint32_t tile = 0; tile < 2 * b->across && fine; tile++)
         (s->ink->tiler ? draw_tile : draw_runs)(b, tile, &spans[tile]);
     if (!fine) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for penumbrae");

@@ -57,6 +57,143 @@ SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, int use
         ss_tile_columns(tile, s, &b, first, used, tag, offer, ctx);
 }
 
+/* ---- which tiles a triangle touches, some of a row of them at a time ------------------------- */
+
+/* As many as a register has doubles; on the least instruction set one by one are faster. */
+#if SS_FOURS > 1
+#define SS_TILE_VISITS
+typedef float ss_tile_floats __attribute__((vector_size(4 * SS_DOUBLES)));
+typedef int32_t ss_tile_ints __attribute__((vector_size(4 * SS_DOUBLES)));
+
+/* What the first `used` attributes are within. */
+typedef struct ss_tile_bounds {
+    ss_tile_floats low[SS_RASTER_ATTRIBUTES], high[SS_RASTER_ATTRIBUTES];
+} ss_tile_bounds;
+
+/* The ink's `least`; gives the kind. */
+typedef int ss_tile_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+                          ss_tile_floats *least);
+
+#define SS_TILE_PICK(mask, yes, no)                                                               \
+    ((ss_tile_floats)(((mask) & (ss_tile_ints)(yes)) | (~(mask) & (ss_tile_ints)(no))))
+#define SS_TILE_LESS(a, b) SS_TILE_PICK((a) < (b), a, b)
+#define SS_TILE_MORE(a, b) SS_TILE_PICK((a) > (b), a, b)
+
+SS_TILE_INLINE uint32_t ss_tile_bits(ss_tile_ints mask) {
+#if SS_FOURS == 4
+    return (uint32_t)_mm256_movemask_ps((__m256)mask);
+#else
+    return (uint32_t)_mm_movemask_ps((__m128)mask);
+#endif
+}
+
+SS_TILE_INLINE ss_tile_floats ss_tile_root(ss_tile_floats x) {
+#if SS_FOURS == 4
+    return (ss_tile_floats)_mm256_sqrt_ps((__m256)x);
+#else
+    return (ss_tile_floats)_mm_sqrt_ps((__m128)x);
+#endif
+}
+
+/* An edge at the centre of the first texel, and its steps: whole numbers below 2^42, which doubles
+ * hold. */
+typedef struct ss_tile_edge {
+    double at, right, up;
+} ss_tile_edge;
+
+SS_TILE_INLINE void ss_tile_edges(const ss_scan *s, ss_tile_edge e[3]) {
+    const bool turn = ss_scan_area(s) < 0;
+    const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
+    for (int k = 0; k < 3; k++) {
+        const int i = order[k], j = order[k + 1];
+        const int64_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
+        const int64_t px = (int64_t)s->first_x * SS_SUBTEXELS + 128 - s->x[i];
+        const int64_t py = (int64_t)s->first_y * SS_SUBTEXELS + 128 - s->y[i];
+        const bool top = ss_scan_top_or_left((int32_t)dx, (int32_t)dy);
+        e[k] = (ss_tile_edge){(double)((dx * py - dy * px - !top) >> 8), (double)-dy, (double)dx};
+    }
+}
+
+/* Texels from the triangle's first one on. */
+typedef struct ss_tile_boxes {
+    ss_tile_ints left, right;
+    int32_t low, high;
+} ss_tile_boxes;
+
+/* Which boxes are wholly outside of an edge? Then their best corner is. */
+SS_TILE_INLINE uint32_t ss_tile_missed(const ss_tile_edge e[3], const ss_tile_boxes *b) {
+    const ss_doubles left = __builtin_convertvector(b->left, ss_doubles);
+    const ss_doubles right = __builtin_convertvector(b->right, ss_doubles);
+    ss_doubles_mask out = {0};
+    for (int k = 0; k < 3; k++) {
+        const double here = e[k].at + (e[k].up > 0 ? b->high : b->low) * e[k].up;
+        out |= (ss_doubles_mask)(here + (e[k].right > 0 ? right : left) * e[k].right < 0);
+    }
+    return ss_tile_bits(__builtin_convertvector(out, ss_tile_ints));
+}
+
+SS_TILE_INLINE void ss_tile_bound(const ss_scan *s, const ss_tile_boxes *b, int used,
+                                  ss_tile_bounds *out) {
+    const ss_tile_floats zero = {0}, west = __builtin_convertvector(b->left, ss_tile_floats);
+    const ss_tile_floats east = __builtin_convertvector(b->right, ss_tile_floats);
+    for (int k = 0; k < used; k++) {
+        const float below = s->step_y[k] * (float)b->low, above = s->step_y[k] * (float)b->high;
+        const ss_tile_floats left = s->step_x[k] * west, right = s->step_x[k] * east;
+        const ss_tile_floats least = s->least[k] + zero, most = s->most[k] + zero;
+        const ss_tile_floats low =
+            s->start[k] + SS_TILE_LESS(left, right) + (below < above ? below : above);
+        const ss_tile_floats high =
+            s->start[k] + SS_TILE_MORE(left, right) + (below > above ? below : above);
+        const ss_tile_floats from = SS_TILE_MORE(low, least), to = SS_TILE_MORE(high, least);
+        out->low[k] = SS_TILE_LESS(from, most), out->high[k] = SS_TILE_LESS(to, most);
+    }
+}
+
+SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_raster_band *band,
+                                       uint32_t part, int used, ss_tile_least *least_of,
+                                       const void *ctx, ss_raster_visit *out) {
+    ss_tile_ints lane;
+    for (int i = 0; i < SS_DOUBLES; i++) lane[i] = i;
+    const int32_t low = s->first_y > band->first_row ? s->first_y : band->first_row;
+    const int32_t high = s->last_y < band->last_row ? s->last_y : band->last_row;
+    const int32_t first = s->first_x / SS_RASTER_TILE, last = s->last_x / SS_RASTER_TILE;
+    const int32_t wide = s->last_x - s->first_x;
+    uint32_t count = 0;
+    ss_tile_edge edges[3];
+    ss_tile_edges(s, edges);
+    for (int32_t row = (low - band->first_row) / SS_RASTER_TILE;
+         row <= (high - band->first_row) / SS_RASTER_TILE; row++) {
+        const int32_t y = band->first_row + row * SS_RASTER_TILE, end = y + SS_RASTER_TILE - 1;
+        ss_tile_boxes b = {.low = (y > low ? y : low) - s->first_y,
+                           .high = (end < high ? end : high) - s->first_y};
+        for (int32_t column = first; column <= last; column += SS_DOUBLES) {
+            const ss_tile_ints x = (column + lane) * SS_RASTER_TILE - s->first_x;
+            const ss_tile_ints to = x + (SS_RASTER_TILE - 1), beyond = x > wide;
+            b.left = x & (x > 0), b.right = (to & (to < wide)) | (wide & (to >= wide));
+            uint32_t in = ~(ss_tile_missed(edges, &b) | ss_tile_bits(beyond)) &
+                          ((1u << SS_DOUBLES) - 1);
+            if (!in) continue;
+            ss_tile_bounds of;
+            ss_tile_floats least;
+            ss_tile_bound(s, &b, used, &of);
+            const int kind = least_of(ctx, tag, &of, &least);
+            for (; in; in &= in - 1) {
+                const int i = __builtin_ctz(in);
+                out[count++] = (ss_raster_visit){
+                    .part = part,
+                    .tile = (uint16_t)((uint32_t)row * band->across + (uint32_t)(column + i)),
+                    .kind = (uint8_t)kind,
+                    .least = ((const float *)&least)[i],
+                    .nearest = ((const float *)&of.low[1])[i]};
+            }
+        }
+    }
+    return count;
+}
+#endif
+
+/* ---- the map's rows ------------------------------------------------------------------------- */
+
 /* A row of a plane into the tile, zeros beyond the map. */
 SS_TILE_INLINE void ss_tile_read(const ss_raster_tile *tile, const float *plane, uint32_t side,
                                  int32_t row, float *out) {
