@@ -30,6 +30,7 @@ typedef struct ss_caster_plain {
 static inline bool ss_casters_plain(const ss_casters *casters, size_t t, ss_caster_plain *out) {
     const uint32_t *index = casters->asked->world->indices + 3 * t;
     bool plain = true;
+    SS_UNROLL
     for (int i = 0; i < 3; i++) {
         const ss_caster_vertex *p = &casters->vertex[index[i]];
         out->x[i] = p->x, out->y[i] = p->y, out->h[i] = p->h;

@@ -10,6 +10,9 @@
 #define SS_SUBTEXELS 256
 #define SS_GUARD 32768.0 /* corners are clipped to +- this many texels: edges then fit in 32 bits */
 
+/* Before loops over corners, edges, attributes: not more than four, and -O2 would go round. */
+#define SS_UNROLL _Pragma("GCC unroll 4")
+
 /* A corner in map coordinates, and what varies. */
 typedef struct ss_scan_corner {
     double x, y, attribute[SS_RASTER_ATTRIBUTES];
@@ -27,6 +30,7 @@ typedef struct ss_scan {
 /* The texels whose centres can be inside, from the snapped corners; false: there are none. */
 static inline bool ss_scan_box(ss_scan *s, uint32_t resolution) {
     int32_t low[2] = {s->x[0], s->y[0]}, high[2] = {s->x[0], s->y[0]};
+    SS_UNROLL
     for (int i = 1; i < 3; i++) {
         low[0] = s->x[i] < low[0] ? s->x[i] : low[0], low[1] = s->y[i] < low[1] ? s->y[i] : low[1];
         high[0] = s->x[i] > high[0] ? s->x[i] : high[0];

@@ -25,6 +25,7 @@ typedef struct drawing {
 
 /* Snaps a triangle that is whole; false: it covers no texel's centre. */
 static inline bool snap(const ss_caster_plain *p, uint32_t resolution, ss_scan *scan) {
+    SS_UNROLL
     for (int i = 0; i < 3; i++) {
         scan->x[i] = (int32_t)lrintf(p->x[i] * SS_SUBTEXELS);
         scan->y[i] = (int32_t)lrintf(p->y[i] * SS_SUBTEXELS);

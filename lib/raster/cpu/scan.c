@@ -53,12 +53,14 @@ static inline void depth_columns(const walk *w, const ss_scan_block *b, int32_t 
     const int32_t n = w->resolution - b->x - column; /* lanes that are not inside keep what they hold */
     size_t at = (size_t)b->y * (size_t)w->resolution + (size_t)(b->x + column);
     ints edge[3];
+    SS_UNROLL
     for (int i = 0; i < 3; i++) {
         const int32_t r = b->e[i].right;
         edge[i] = b->e[i].at + r * column + (ints){0, r, 2 * r, 3 * r};
     }
     for (int32_t row = 0; row < b->height; row++, at += (size_t)w->resolution) {
         ints in = ~((edge[0] | edge[1] | edge[2]) >> 31) & wanted; /* a negative value is outside */
+        SS_UNROLL
         for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
         if (!ss_floats_bits(in)) continue;
         floats h = (s->start[0] + s->step_y[0] * (float)(b->y + row - s->first_y)) + across;

@@ -20,6 +20,7 @@ void ss_scan_tile_runs(const ss_scan *scan, const int32_t box[4], uint32_t tag,
  * ss_scan_depth or, where `above` is given, ss_scan_peel, with less ado. */
 static inline bool ss_scan_is_small(const ss_scan *s) {
     const int32_t most = (SS_BAND - 2) * SS_SUBTEXELS;
+    SS_UNROLL
     for (int i = 1; i < 3; i++) {
         const int32_t x = s->x[i] - s->x[0], y = s->y[i] - s->y[0];
         if (x > most / 2 || y > most / 2 || x < -most / 2 || y < -most / 2) return false;

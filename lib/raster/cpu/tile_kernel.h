@@ -33,13 +33,16 @@ SS_TILE_INLINE void ss_tile_columns(ss_raster_tile *tile, const ss_scan *s, cons
     for (int i = 0; i < SS_LANES; i++) lane[i] = first + i;
     const ss_wide column = __builtin_convertvector(lane + (b->x - s->first_x), ss_wide);
     const ss_wide_ints beyond = lane >= tile->width;
+    SS_UNROLL
     for (int i = 0; i < 3; i++) edge[i] = b->e[i].at + b->e[i].right * lane;
     for (int32_t row = 0; row < b->height; row++) {
         const ss_wide_ints out = edge[0] | edge[1] | edge[2] | beyond;
         const ss_wide_mask in = ~SS_WIDE_NEGATIVE(out);
+        SS_UNROLL
         for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
         if (!ss_wide_any(in)) continue;
         ss_wide attribute[SS_RASTER_ATTRIBUTES];
+        SS_UNROLL
         for (int k = 0; k < used; k++) {
             ss_tile_attribute(s, k, b->y + row, column, &attribute[k]);
         }
@@ -104,6 +107,7 @@ typedef struct ss_tile_edge {
 SS_TILE_INLINE void ss_tile_edges(const ss_scan *s, ss_tile_edge e[3]) {
     const bool turn = ss_scan_area(s) < 0;
     const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
+    SS_UNROLL
     for (int k = 0; k < 3; k++) {
         const int i = order[k], j = order[k + 1];
         const int64_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
@@ -125,6 +129,7 @@ SS_TILE_INLINE uint32_t ss_tile_missed(const ss_tile_edge e[3], const ss_tile_bo
     const ss_doubles left = __builtin_convertvector(b->left, ss_doubles);
     const ss_doubles right = __builtin_convertvector(b->right, ss_doubles);
     ss_doubles_mask out = {0};
+    SS_UNROLL
     for (int k = 0; k < 3; k++) {
         const double here = e[k].at + (e[k].up > 0 ? b->high : b->low) * e[k].up;
         out |= (ss_doubles_mask)(here + (e[k].right > 0 ? right : left) * e[k].right < 0);
@@ -136,6 +141,7 @@ SS_TILE_INLINE void ss_tile_bound(const ss_scan *s, const ss_tile_boxes *b, int 
                                   ss_tile_bounds *out) {
     const ss_tile_floats zero = {0}, west = __builtin_convertvector(b->left, ss_tile_floats);
     const ss_tile_floats east = __builtin_convertvector(b->right, ss_tile_floats);
+    SS_UNROLL
     for (int k = 0; k < used; k++) {
         const float below = s->step_y[k] * (float)b->low, above = s->step_y[k] * (float)b->high;
         const ss_tile_floats left = s->step_x[k] * west, right = s->step_x[k] * east;
