@@ -17,7 +17,6 @@
 #define TILE    SS_RASTER_TILE /* texels along a side; two rows of tiles make a band */
 #define BUCKETS 32 /* of distance, in a tile */
 #define LOOK_EACH 8 /* triangles drawn until it is asked again what a tile has room for */
-#define LOOK_TILED 3 /* likewise of a tiler, which knows sooner */
 #define ROOMS 4 /* depths that a tile is asked for */
 #define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped triangle */
 
@@ -289,7 +288,7 @@ static void draw_tile(const band *b, uint32_t number, const span *of) {
     tiler->begin(s->ink->tiler_ctx, &tile);
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
-        if (since >= LOOK_TILED && v->least > 0)
+        if (since >= LOOK_EACH && v->least > 0)
             find_rooms(b, &tile, of, &r), since = 0, looked = true;
         if (looked && !has_room(&r, v)) continue;
         tiler->draw(s->ink->tiler_ctx, &tile, &s->parts[v->part],
