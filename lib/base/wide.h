@@ -155,7 +155,7 @@ static inline void ss_wide_gather(const float *table, const ss_wide_ints *at, ss
 #elif SS_FOURS == 2
     *out = (ss_wide)_mm256_i32gather_ps(table, (__m256i)*at, 4);
 #else
-    for (int i = 0; i < 4; i++) (*out)[i] = table[(*at)[i]];
+    *out = (ss_wide){table[(*at)[0]], table[(*at)[1]], table[(*at)[2]], table[(*at)[3]]};
 #endif
 }
 

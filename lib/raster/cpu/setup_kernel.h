@@ -14,7 +14,8 @@ INLINE void whole_of(const ss_wide *x, ss_wide_ints *out) {
 #elif SS_FOURS == 2
     *out = (ss_wide_ints)_mm256_cvtps_epi32((__m256)*x);
 #else
-    for (int i = 0; i < 4; i++) (*out)[i] = (int32_t)lrintf((*x)[i]);
+    *out = (ss_wide_ints){(int32_t)lrintf((*x)[0]), (int32_t)lrintf((*x)[1]),
+                          (int32_t)lrintf((*x)[2]), (int32_t)lrintf((*x)[3])};
 #endif
 }
 
