@@ -16,14 +16,14 @@ libsoftshadow_core_la_SOURCES += \
 # inline C and what cpu.h chooses from.
 noinst_LTLIBRARIES += libss_scalar.la
 libss_scalar_la_SOURCES =
-libss_scalar_la_CFLAGS = $(AM_CFLAGS) -fno-trapping-math
+libss_scalar_la_CFLAGS = $(AM_CFLAGS) $(SS_OPTIMIZE_KERNELS) -fno-trapping-math
 libsoftshadow_core_la_LIBADD += libss_scalar.la
 if HAVE_X86
 noinst_LTLIBRARIES += libss_avx2.la libss_avx512.la
 libss_avx2_la_SOURCES =
-libss_avx2_la_CFLAGS = $(AM_CFLAGS) -mavx2 -mfma -mbmi -mpopcnt
+libss_avx2_la_CFLAGS = $(AM_CFLAGS) $(SS_OPTIMIZE_KERNELS) -mavx2 -mfma -mbmi -mpopcnt
 libss_avx512_la_SOURCES =
-libss_avx512_la_CFLAGS = $(AM_CFLAGS) -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
+libss_avx512_la_CFLAGS = $(AM_CFLAGS) $(SS_OPTIMIZE_KERNELS) -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
   -mbmi -mpopcnt
 libsoftshadow_core_la_LIBADD += libss_avx2.la libss_avx512.la
 endif
