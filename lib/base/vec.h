@@ -36,6 +36,9 @@ static inline double ss_safe_scale(const double a[3]) {
     if (!(most > 0) || isinf(most)) return 0;
     return most < 1 ? 0x1p+600 : 0x1p-600;
 }
+/* Of (x, y). Not hypot, which takes care of numbers near the largest and the smallest there are. */
+static inline double ss_length_2(double x, double y) { return sqrt(x * x + y * y); }
+
 static inline double ss_length(const double a[3]) {
     const double scale = ss_safe_scale(a);
     if (scale == 0) return fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));

@@ -154,7 +154,7 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
         status = ss_rim_find_hidden(stage, &rim, face->depth, face->side, -face->near, &unseen);
     style.hidden = unseen;
     if (ss_limit_tiled(stage, face->side)) style.depth = face->depth, style.side = face->side;
-    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
     if (!status) status = draw(stage, &r, triangles, count);
     ss_free(triangles), ss_free(unseen);
     ss_rim_free(&rim);

@@ -11,7 +11,7 @@ libsoftshadow_core_la_SOURCES += \
   %D%/limit.h %D%/limit_propagate.c %D%/limit_ribbons.c \
   %D%/map_techniques.h \
   %D%/outer.c %D%/outer.h \
-  %D%/rim.c %D%/rim.h \
+  %D%/rim.c %D%/rim.h %D%/rim_draw.c \
   %D%/parts.c %D%/parts.h \
   %D%/pcf.c \
   %D%/pcss.c \

@@ -86,7 +86,7 @@ softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *map
     size_t count = 0;
     softshadow_status status =
         ss_rim_build(&rim, stage, found, &maps->frames.face[face], maps->frames.resolution);
-    if (!status) status = ss_rim_draw(&rim, style, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, style, stage->pool, &triangles, &count);
     if (!status) status = draw_rim(stage, maps, face, triangles, count, pen);
     ss_free(triangles);
     ss_rim_free(&rim);

@@ -152,7 +152,7 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
     if (!status) status = ss_rim_find_hidden(stage, &rim, m->depth, m->side, m->near, &unseen);
     style.hidden = unseen;
     if (ink.tiler && stage->raster->tiles) style.depth = m->depth, style.side = m->side;
-    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
     if (!status) {
         tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, m->depth, m->side, words, sizeof words / sizeof *words, &ink);

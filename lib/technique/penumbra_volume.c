@@ -372,7 +372,7 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
         status = ss_rim_find_hidden(stage, &rim, v->depth, v->side, -v->near, &unseen);
     style.hidden = unseen;
     if (ink.tiler) style.depth = v->depth, style.side = v->side;
-    if (!status) status = ss_rim_draw(&rim, &style, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
     if (!status) {
         tiled.rows = rim.row, tiled.ends = (const float(*)[8])v->ends, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);

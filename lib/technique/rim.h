@@ -187,8 +187,8 @@ softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, c
 void ss_rim_tables(const ss_rim *rim, const float *depth, uint32_t side, const float *words,
                    size_t word_count, ss_raster_ink *ink);
 
-/* The triangles, to be freed with ss_free; *count of them. */
-softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style,
-                                  ss_raster_triangle **triangles, size_t *count);
+/* The triangles, to be freed with ss_free; *count of them, in an order that no thread changes. */
+softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_pool *pool,
+                              ss_raster_triangle **triangles, size_t *count);
 
 #endif

@@ -1,0 +1,325 @@
+/* What penumbrae are drawn with: strips along a rim's edges, pieces of discs around its corners. */
+#include "technique/rim.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/vec.h"
+
+#define PIECE (M_PI / 6) /* most that one triangle of a corner spans */
+#define SHARE 256        /* edges or vertices that one thread draws at a time */
+
+/* Draws a share of the rim; shares follow each other in the order of edges, then vertices. */
+typedef struct artist {
+    const ss_rim *rim;
+    const ss_rim_style *style;
+    ss_raster_triangle *list;
+    size_t count, room;
+    size_t first; /* of all that is drawn */
+    bool failed;
+} artist;
+
+static ss_raster_triangle *next(artist *a) {
+    if (a->count == a->room) {
+        const size_t wanted = a->room ? 2 * a->room : 1024;
+        ss_raster_triangle *grown = ss_grow(a->list, a->count, wanted, sizeof *grown);
+        if (!grown) {
+            a->failed = true;
+            return NULL;
+        }
+        a->list = grown, a->room = wanted;
+    }
+    return &a->list[a->count++];
+}
+
+static double width_of(const artist *a, uint32_t v) {
+    return a->style->width(a->style->ctx, &a->rim->vertex[v]);
+}
+
+typedef struct spot {
+    double x, y, attribute[SS_RASTER_ATTRIBUTES];
+} spot;
+
+static void triangle(artist *a, const spot *p, const spot *q, const spot *r, uint32_t tag) {
+    ss_raster_triangle *t = next(a);
+    const spot *const corner[3] = {p, q, r};
+    if (!t) return;
+    *t = (ss_raster_triangle){.tag = tag};
+    for (int i = 0; i < 3; i++) {
+        t->corner[i][0] = corner[i]->x, t->corner[i][1] = corner[i]->y;
+        memcpy(t->attribute[i], corner[i]->attribute, sizeof t->attribute[i]);
+    }
+}
+
+/* Towards where a strip leaves its edge: the outside is on the right. Circles of radii r0, r1
+ * around the ends touch a line with normal m where m . along = (r0 - r1) / length; false: one
+ * circle holds the other, and there is no strip. */
+static bool leave(const ss_rim_edge *edge, double side, double r0, double r1, bool tangent,
+                  double m[2]) {
+    const double right[2] = {edge->along[1] * side, -edge->along[0] * side};
+    if (edge->length == 0) return false;
+    const double lean = tangent ? (r0 - r1) / edge->length : 0;
+    if (!(fabs(lean) < 1)) return false;
+    const double across = sqrt((1 - lean) * (1 + lean));
+    for (int k = 0; k < 2; k++) m[k] = lean * edge->along[k] + across * right[k];
+    return true;
+}
+
+static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
+    const ss_rim_edge *edge = &a->rim->edge[e];
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
+    return leave(edge, side, wide * width_of(a, edge->vertex[0]),
+                 wide * width_of(a, edge->vertex[1]), a->style->tangent, m);
+}
+
+/* ---- open sky ------------------------------------------------------------------------------- */
+
+/* Silhouettes against nothing are those that matter most: what is known of all of an edge is not
+ * looked up for each texel. */
+#define SKY_WAY   2.5     /* the farther of the two places of ss_rim_open() */
+#define SKY_SLACK .0625   /* texels: snapping moves corners by 1/512, floats places by less */
+#define SKY_BULGE .1      /* of a piece's arc beyond its chord: SKY_WAY (1 - cos(PIECE / 2)) */
+#define SKY_MOST  16      /* texels along a side that are looked at */
+#define SKY_LEAST 0x1p-10 /* texels: shorter edges' gradients say little */
+
+/* Where depths are looked up. */
+typedef struct patch {
+    double low[2], high[2];
+} patch;
+
+static void spread(patch *p, double x, double y) {
+    const double at[2] = {x, y};
+    for (int k = 0; k < 2; k++)
+        p->low[k] = fmin(p->low[k], at[k]), p->high[k] = fmax(p->high[k], at[k]);
+}
+
+static bool nothing_at(const artist *a, const patch *p, double slack) {
+    const double most = a->style->side - 1.0;
+    uint32_t from[2], to[2];
+    if (!a->style->depth) return false;
+    for (int k = 0; k < 2; k++) {
+        if (!(p->high[k] - p->low[k] < SKY_MOST)) return false;
+        from[k] = (uint32_t)fmin(fmax(p->low[k] - slack, 0), most);
+        to[k] = (uint32_t)fmin(fmax(p->high[k] + slack, 0), most);
+    }
+    for (uint32_t y = from[1]; y <= to[1]; y++) {
+        const float *row = a->style->depth + (size_t)y * a->style->side;
+        for (uint32_t x = from[0]; x <= to[0]; x++)
+            if (row[x] != SS_MAP_FAR) return false;
+    }
+    return true;
+}
+
+/* What hangs on a strip's corners hangs on the edge there; or, where penumbrae are not as wide
+ * everywhere, a little beside it: what is between the corners is between those places. */
+static bool strip_open(const artist *a, const ss_rim_edge *edge, const double right[2],
+                       const spot near[2], const spot far[2]) {
+    const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
+    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    if (!(edge->length > SKY_LEAST)) return false;
+    for (int i = 0; i < 4; i++) {
+        const spot *at = i < 2 ? &near[i] : &far[i - 2];
+        const double past = SKY_WAY - wide * at->attribute[0];
+        spread(&p, at->x + past * right[0], at->y + past * right[1]);
+    }
+    return nothing_at(a, &p, SKY_SLACK);
+}
+
+/* The same of a corner's piece between two ways, unit vectors. */
+static bool piece_open(const artist *a, const ss_rim_vertex *at, const double ways[2][2],
+                       uint32_t flags) {
+    const double way = flags & SS_RIM_INSIDE ? -SKY_WAY : SKY_WAY;
+    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    if (flags & SS_RIM_DISC) return false;
+    for (int i = 0; i < 2; i++) spread(&p, at->x + way * ways[i][0], at->y + way * ways[i][1]);
+    return nothing_at(a, &p, SKY_SLACK + SKY_BULGE);
+}
+
+/* ---- strips and corners --------------------------------------------------------------------- */
+
+static void strip(artist *a, uint32_t e, double side) {
+    const ss_rim_edge *edge = &a->rim->edge[e];
+    double m[2];
+    if (!leave_edge(a, e, side, m)) return;
+    const double right[2] = {edge->along[1], -edge->along[0]};
+    spot near[2], far[2];
+    for (int i = 0; i < 2; i++) {
+        const ss_rim_vertex *v = &a->rim->vertex[edge->vertex[i]];
+        const double w = width_of(a, edge->vertex[i]), wide = w * ss_rim_stretch(v, right);
+        near[i] = (spot){v->x, v->y, {0, v->h}};
+        far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
+    }
+    const bool open = strip_open(a, edge, right, near, far);
+    const uint32_t tag =
+        SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0) + (open ? SS_RIM_SKY : 0);
+    triangle(a, &near[0], &near[1], &far[1], tag);
+    triangle(a, &near[0], &far[1], &far[0], tag);
+}
+
+/* A piece of the disc around a vertex, from angle `from` on by `turn` (either sign). */
+static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flags) {
+    const ss_rim_vertex *at = &a->rim->vertex[v];
+    const int pieces = (int)ceil(fabs(turn) / PIECE);
+    const double widest = ss_length_2(1, ss_length_2(at->tangent[0], at->tangent[1]));
+    const double r = widest * width_of(a, v) / cos(turn / (2 * (pieces ? pieces : 1)));
+    const spot tip = {at->x, at->y, {0, at->h}};
+    spot rim[2];
+    double ways[2][2];
+    for (int i = 0; i <= pieces; i++) {
+        const double angle = from + turn * i / (pieces ? pieces : 1);
+        ways[1][0] = cos(angle), ways[1][1] = sin(angle);
+        const double x = r * ways[1][0], y = r * ways[1][1];
+        rim[1] = (spot){at->x + x, at->y + y,
+                        {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
+        if (i > 0) {
+            const uint32_t open = piece_open(a, at, ways, flags) ? SS_RIM_SKY : 0;
+            triangle(a, &tip, &rim[0], &rim[1], SS_RIM_TAG * v + SS_RIM_CORNER + flags + open);
+        }
+        rim[0] = rim[1];
+        memcpy(ways[0], ways[1], sizeof ways[0]);
+    }
+}
+
+static double angle_of(const double m[2]) { return atan2(m[1], m[0]); }
+
+/* To -pi..pi; a full turn back is a turn ahead: the tip of a blade is outside. */
+static double principal(double angle) {
+    angle = remainder(angle, 2 * M_PI);
+    return angle <= -M_PI * (1 - 1e-12) ? M_PI : angle;
+}
+
+static bool hidden(const artist *a, uint32_t e) { return a->style->hidden && a->style->hidden[e]; }
+
+/* One edge in, one out: outside opens at a left turn, inside at a right one. */
+static void corner(artist *a, uint32_t v) {
+    const ss_rim_vertex *at = &a->rim->vertex[v];
+    if (hidden(a, at->in) && hidden(a, at->out)) return;
+    double m[2], n[2];
+    for (int side = 1; side >= (a->style->inside ? -1 : 1); side -= 2) {
+        if (!leave_edge(a, at->in, side, m) || !leave_edge(a, at->out, side, n)) {
+            wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+            return;
+        }
+        const double turn = principal(angle_of(n) - angle_of(m));
+        if (turn * side > 0) wedge(a, v, angle_of(m), turn, side < 0 ? SS_RIM_INSIDE : 0);
+    }
+}
+
+/* Pieces from each strip's end to the mean of the strips' normals ([CD03] 3, step 3). */
+static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
+    double mean[2] = {0, 0}, m[2];
+    for (size_t i = 0; i < n; i++) {
+        if (!leave_edge(a, edges[i], 1, m)) continue;
+        mean[0] += m[0], mean[1] += m[1];
+    }
+    if (!(ss_length_2(mean[0], mean[1]) > 1e-6)) {
+        wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) {
+        if (!leave_edge(a, edges[i], 1, m)) continue;
+        wedge(a, v, angle_of(m), principal(angle_of(mean) - angle_of(m)), 0);
+    }
+}
+
+/* Vertices where more than two edges meet, with all their edges. */
+static void draw_crowded(artist *a) {
+    const ss_rim *o = a->rim;
+    uint32_t *first = ss_alloc(o->vertex_count + 2, sizeof *first);
+    uint32_t *edges = ss_alloc(2 * o->edge_count, sizeof *edges);
+    a->failed |= !first || !edges;
+    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
+        for (int i = 0; i < 2; i++) first[o->edge[e].vertex[i] + 2]++;
+    }
+    for (size_t v = 0; v < o->vertex_count && !a->failed; v++) first[v + 2] += first[v + 1];
+    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
+        for (int i = 0; i < 2; i++) edges[first[o->edge[e].vertex[i] + 1]++] = (uint32_t)e;
+    }
+    for (uint32_t v = 0; v < o->vertex_count && !a->failed; v++) {
+        if (o->vertex[v].arriving + o->vertex[v].leaving <= 2) continue;
+        crowded(a, edges + first[v], first[v + 1] - first[v], v);
+    }
+    ss_free(first), ss_free(edges);
+}
+
+/* ---- all ------------------------------------------------------------------------------------ */
+
+static void draw_edge(artist *a, uint32_t e) {
+    if (hidden(a, e)) return;
+    strip(a, e, 1);
+    if (a->style->inside) strip(a, e, -1);
+}
+
+static void draw_vertex(artist *a, uint32_t v) {
+    const ss_rim_vertex *at = &a->rim->vertex[v];
+    const uint32_t degree = at->arriving + at->leaving;
+    if (at->cut || degree == 0 || (degree > 2 && a->style->average)) return;
+    if (at->arriving == 1 && at->leaving == 1) corner(a, v);
+    else wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+}
+
+static softshadow_status no_memory(const ss_rim *rim) {
+    return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for the penumbrae of %zu silhouette edges",
+                   rim->edge_count);
+}
+
+typedef struct drawing {
+    const ss_rim *rim;
+    artist *share; /* of each */
+    ss_raster_triangle *all;
+} drawing;
+
+static softshadow_status draw_shares(void *ctx, uint64_t begin, uint64_t end) {
+    const drawing *d = ctx;
+    const size_t edges = d->rim->edge_count, all = edges + d->rim->vertex_count;
+    for (uint64_t share = begin; share < end; share++) {
+        artist *a = &d->share[share];
+        const size_t last = (share + 1) * SHARE < all ? (share + 1) * SHARE : all;
+        for (size_t i = share * SHARE; i < last; i++) {
+            if (i < edges) draw_edge(a, (uint32_t)i);
+            else draw_vertex(a, (uint32_t)(i - edges));
+        }
+        if (a->failed) return no_memory(d->rim);
+    }
+    return SOFTSHADOW_OK;
+}
+
+/* One list of all that has been drawn. */
+static softshadow_status gather(void *ctx, uint64_t begin, uint64_t end) {
+    const drawing *d = ctx;
+    for (uint64_t share = begin; share < end; share++) {
+        const artist *a = &d->share[share];
+        if (a->count) memcpy(d->all + a->first, a->list, a->count * sizeof *a->list);
+    }
+    return SOFTSHADOW_OK;
+}
+
+static softshadow_status draw_all(drawing *d, size_t shares, ss_pool *pool, size_t *count) {
+    artist *last = &d->share[shares - 1];
+    softshadow_status status = ss_parallel_for(pool, shares - 1, 1, draw_shares, d);
+    if (!status && last->style->average) draw_crowded(last);
+    if (!status && last->failed) status = no_memory(d->rim);
+    for (size_t i = 0; i < shares; i++)
+        d->share[i].first = *count, *count += d->share[i].count;
+    if (!status && !(d->all = ss_alloc_any(*count, sizeof *d->all))) status = no_memory(d->rim);
+    return status ? status : ss_parallel_for(pool, shares, 1, gather, d);
+}
+
+softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_pool *pool,
+                              ss_raster_triangle **triangles, size_t *count) {
+    const size_t plain = (rim->edge_count + rim->vertex_count + SHARE - 1) / SHARE;
+    const size_t shares = plain + 1; /* the last: where edges crowd */
+    drawing d = {.rim = rim, .share = ss_alloc(shares, sizeof *d.share)};
+    *triangles = NULL, *count = 0;
+    if (!d.share) return no_memory(rim);
+    for (size_t i = 0; i < shares; i++) d.share[i] = (artist){.rim = rim, .style = style};
+    const softshadow_status status = draw_all(&d, shares, pool, count);
+    for (size_t i = 0; i < shares; i++) ss_free(d.share[i].list);
+    ss_free(d.share);
+    if (status) ss_free(d.all), *count = 0;
+    else *triangles = d.all;
+    return status;
+}
