@@ -1,6 +1,8 @@
 /* A counting sort in two passes over chunks of items. */
 #include "raster/cpu/bins.h"
 
+#include <stdlib.h>
+
 #include "base/memory.h"
 #include "base/status.h"
 
@@ -66,6 +68,23 @@ static bool place(builder *b, size_t chunks) {
     return b->bins->item != NULL;
 }
 
+static int fuller(const void *a, const void *b) {
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return x < y ? 1 : x > y ? -1 : 0;
+}
+
+static bool put_in_order(ss_bins *bins) {
+    uint64_t *key = ss_alloc_any(bins->bands, sizeof *key); /* how many, then which */
+    bins->order = ss_alloc_any(bins->bands, sizeof *bins->order);
+    const bool fine = key && bins->order;
+    for (uint32_t i = 0; i < bins->bands && fine; i++)
+        key[i] = (uint64_t)(bins->first[i + 1] - bins->first[i]) << 32 | i;
+    if (fine) qsort(key, bins->bands, sizeof *key, fuller);
+    for (uint32_t i = 0; i < bins->bands && fine; i++) bins->order[i] = (uint32_t)key[i];
+    ss_free(key);
+    return fine;
+}
+
 softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss_bin_rows *rows,
                                 ss_bin_spans *spans, const void *ctx, ss_pool *pool) {
     *bins = (ss_bins){.bands = (resolution + SS_BAND - 1) / SS_BAND};
@@ -78,6 +97,7 @@ softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss
     if (!bins->first || !b.count || !b.span) status = SOFTSHADOW_E_MEMORY;
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
     if (!status && !place(&b, chunks)) status = SOFTSHADOW_E_MEMORY;
+    if (!status && !put_in_order(bins)) status = SOFTSHADOW_E_MEMORY;
     b.fill = true;
     if (!status) status = ss_parallel_for(pool, chunks, 1, pass, &b);
     ss_free(b.count), ss_free(b.span);
@@ -90,5 +110,6 @@ softshadow_status ss_bins_build(ss_bins *bins, size_t n, uint32_t resolution, ss
 void ss_bins_free(ss_bins *bins) {
     ss_free(bins->first);
     ss_free(bins->item);
+    ss_free(bins->order);
     *bins = (ss_bins){0};
 }

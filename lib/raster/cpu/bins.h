@@ -8,6 +8,7 @@
 typedef struct ss_bins {
     uint32_t bands;
     uint32_t *first; /* bands + 1 */
+    uint32_t *order; /* bands, those with most items first: no thread is left alone with one */
     uint32_t *item; /* with SS_BIN_MARK, where it has one: see ss_bin_spans */
 } ss_bins;
 #define SS_BIN_MARK 0x80000000u

@@ -143,7 +143,8 @@ static void clear(float *plane, size_t n) {
 static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
     const drawing *d = ctx;
     const uint32_t n = d->asked->resolution;
-    for (uint64_t band = begin; band < end; band++) {
+    for (uint64_t turn = begin; turn < end; turn++) {
+        const uint32_t band = d->bins.order[turn];
         const int32_t first = (int32_t)band * SS_BAND;
         const int32_t last = first + SS_BAND < (int32_t)n ? first + SS_BAND - 1 : (int32_t)n - 1;
         float *row = d->plane + (size_t)first * n;
@@ -207,7 +208,8 @@ static bool sketch_rows(const void *ctx, size_t i, int32_t *first, int32_t *last
 
 static softshadow_status sketch_bands(void *ctx, uint64_t begin, uint64_t end) {
     const sketch *s = ctx;
-    for (uint64_t band = begin; band < end; band++) {
+    for (uint64_t turn = begin; turn < end; turn++) {
+        const uint32_t band = s->bins.order[turn];
         const int32_t first = (int32_t)band * SS_BAND;
         for (uint32_t i = s->bins.first[band]; i < s->bins.first[band + 1]; i++) {
             const uint32_t t = s->bins.item[i];

@@ -317,11 +317,12 @@ static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
     softshadow_status status = SOFTSHADOW_OK;
     if (!spans) status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for penumbrae");
     for (uint64_t i = begin; i < end && !status; i++) {
-        const int32_t first = (int32_t)i * SS_BAND;
+        const uint32_t index = s->bins.order[i];
+        const int32_t first = (int32_t)index * SS_BAND;
         band b = {.sketch = s, .first_row = first,
                   .last_row = least_of(first + SS_BAND - 1, (int32_t)s->resolution - 1),
                   .across = across};
-        status = draw_band(&b, spans, (uint32_t)i);
+        status = draw_band(&b, spans, index);
     }
     ss_free(spans);
     return status;
