@@ -3,22 +3,33 @@
 #include "base/memory.h"
 #include "base/status.h"
 
+#define ROWS 64 /* of a level that one thread halves at a time */
+
 static float less(float a, float b) { return a < b ? a : b; }
 
+typedef struct halving {
+    const float *from;
+    float *to;
+    uint32_t side, half;
+} halving;
+
 /* Sides need not be powers of two: the last square of a row may have one half only. */
-static void halve(const float *from, uint32_t side, float *to, uint32_t half) {
-    for (uint32_t y = 0; y < half; y++) {
-        const float *below = from + (size_t)(2 * y) * side;
-        const float *above = 2 * y + 1 < side ? below + side : below;
-        for (uint32_t x = 0; x < half; x++) {
-            const uint32_t left = 2 * x, right = left + 1 < side ? left + 1 : left;
-            to[(size_t)y * half + x] =
-                less(less(below[left], below[right]), less(above[left], above[right]));
+static softshadow_status halve(void *ctx, uint64_t begin, uint64_t end) {
+    const halving *h = ctx;
+    for (uint64_t y = begin; y < end; y++) {
+        const float *below = h->from + 2 * y * h->side;
+        const float *above = 2 * y + 1 < h->side ? below + h->side : below;
+        float *to = h->to + y * h->half;
+        for (uint32_t x = 0; x < h->half; x++) {
+            const uint32_t left = 2 * x, right = left + 1 < h->side ? left + 1 : left;
+            to[x] = less(less(below[left], below[right]), less(above[left], above[right]));
         }
     }
+    return SOFTSHADOW_OK;
 }
 
-softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t side) {
+softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t side,
+                                   ss_pool *pool) {
     *out = (ss_pyramid){.level = {plane}, .side = {side}, .levels = 1};
     for (uint32_t s = side; s > 1; out->levels++) {
         s = (s + 1) / 2;
@@ -30,7 +41,12 @@ softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t
         return ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory at %u", side);
     float *at = out->own;
     for (uint32_t l = 1; l < out->levels; l++) {
-        halve(out->level[l - 1], out->side[l - 1], at, out->side[l]);
+        halving h = {out->level[l - 1], at, out->side[l - 1], out->side[l]};
+        const softshadow_status status = ss_parallel_for(pool, h.half, ROWS, halve, &h);
+        if (status) {
+            ss_pyramid_free(out);
+            return status;
+        }
         out->level[l] = at;
         at += (size_t)out->side[l] * out->side[l];
     }

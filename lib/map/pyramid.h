@@ -3,9 +3,9 @@
 #ifndef SS_MAP_PYRAMID_H
 #define SS_MAP_PYRAMID_H
 
-#include "softshadow.h"
-
 #include <stddef.h>
+
+#include "base/parallel.h"
 
 #define SS_PYRAMID_LEVELS 16
 
@@ -17,7 +17,8 @@ typedef struct ss_pyramid {
     size_t count; /* floats of `own` */
 } ss_pyramid;
 
-softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t side);
+softshadow_status ss_pyramid_build(ss_pyramid *out, const float *plane, uint32_t side,
+                                   ss_pool *pool);
 void ss_pyramid_free(ss_pyramid *pyramid);
 
 /* At most the least depth of the texels low .. high (columns, rows; both inside the map): squares

@@ -41,43 +41,11 @@ typedef struct back_state {
 
 typedef struct peeling {
     const ss_stage *stage;
-    back_state *back;
     const ss_frame *frame;
-    uint32_t side, layers; /* found so far, of this face */
-    float *texels;         /* of this face, layers x 2 each */
-    float *above, *layer;  /* planes */
+    uint32_t side, layers;
+    const float *layer[SS_MOST_LAYERS]; /* planes of this face */
+    float *texels;                      /* of this face, layers x 2 each */
 } peeling;
-
-/* Keeps the layer that was drawn; false: it holds nothing. */
-static bool keep_layer(peeling *p, const float *from, uint32_t number) {
-    const uint32_t channels = 2 * p->back->layers;
-    const size_t n = (size_t)p->side * p->side;
-    bool any = false;
-    for (size_t i = 0; i < n; i++) {
-        const float h = from[i];
-        p->texels[i * channels + number] = h;
-        p->above[i] = h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
-        any |= h != SS_MAP_FAR;
-    }
-    return any;
-}
-
-static softshadow_status peel(peeling *p, const float *first) {
-    const ss_raster_casters casters = {.world = p->stage->world,
-                                       .frame = p->frame,
-                                       .resolution = p->side,
-                                       .deepest = p->frame->far_h};
-    bool any = keep_layer(p, first, 0);
-    for (uint32_t l = 1; l < p->back->layers; l++) {
-        if (any) {
-            const softshadow_status status =
-                p->stage->raster->peel(&casters, p->above, p->layer, p->stage->pool);
-            if (status) return status;
-        }
-        any = keep_layer(p, any ? p->layer : p->above, l);
-    }
-    return SOFTSHADOW_OK;
-}
 
 /* How much h changes towards the neighbours, per texel; what changes faster is another surface. */
 static float slope_along(const peeling *p, const float *at, bool before, bool after,
@@ -94,31 +62,33 @@ static float slope_along(const peeling *p, const float *at, bool before, bool af
 }
 
 /* The depth that a point must be below to be shadowed by layer l: its midpoint, or a bias. */
-static float compared(const peeling *p, const float *texel, uint32_t x, uint32_t y, uint32_t l) {
+static float compared(const peeling *p, uint32_t x, uint32_t y, uint32_t l) {
     const uint32_t last = p->side - 1;
-    const size_t channels = 2 * (size_t)p->back->layers;
+    const size_t i = (size_t)y * p->side + x;
     const double given = p->stage->params->depth_bias * p->stage->world->scale;
-    const float h = texel[l], one = (float)p->frame->texel;
+    const float *at = p->layer[l] + i;
+    const float h = *at, one = (float)p->frame->texel;
     if (h == SS_MAP_FAR) return h;
-    const float across = slope_along(p, texel + l, x > 0, x < last, channels);
-    const float up = slope_along(p, texel + l, y > 0, y < last, channels * p->side);
+    const float across = slope_along(p, at, x > 0, x < last, 1);
+    const float up = slope_along(p, at, y > 0, y < last, p->side);
     const float host = (float)ss_frame_step(p->frame, h, given);
-    const bool mate = l + 1 < p->back->layers && texel[l + 1] != SS_MAP_FAR;
+    const float next = l + 1 < p->layers ? p->layer[l + 1][i] : SS_MAP_FAR;
     const float least = given > 0 ? host : (float)CAP * (across + up);
     const float most = given > 0 ? host : (float)CAP * (fmaxf(across, one) + fmaxf(up, one));
-    const float half = mate ? (texel[l + 1] - h) / 2 : least;
+    const float half = next == SS_MAP_FAR ? least : (next - h) / 2;
     const float away = half < least ? least : half < most ? half : most;
     return h + away + SS_MAP_ALIKE * (fabsf(h) + one);
 }
 
-static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
+static softshadow_status write_rows(void *ctx, uint64_t begin, uint64_t end) {
     const peeling *p = ctx;
-    const uint32_t layers = p->back->layers;
     for (uint64_t y = begin; y < end; y++) {
         for (uint32_t x = 0; x < p->side; x++) {
-            float *texel = p->texels + (y * p->side + x) * 2 * layers;
-            for (uint32_t l = 0; l < layers; l++) {
-                texel[layers + l] = compared(p, texel, x, (uint32_t)y, l);
+            const size_t i = y * p->side + x;
+            float *texel = p->texels + i * 2 * p->layers;
+            for (uint32_t l = 0; l < p->layers; l++) {
+                texel[l] = p->layer[l][i];
+                texel[p->layers + l] = compared(p, x, (uint32_t)y, l);
             }
         }
     }
@@ -126,24 +96,28 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
 }
 
 static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint32_t face) {
-    const uint32_t side = back->lamps.maps.frames.resolution;
+    const uint32_t side = back->lamps.maps.frames.resolution, layers = back->layers;
     const size_t n = (size_t)side * side;
     peeling p = {.stage = stage,
-                 .back = back,
                  .frame = &back->lamps.maps.frames.face[face],
                  .side = side,
-                 .texels = back->lamps.maps.plane + face * n * 2 * back->layers};
-    p.above = ss_alloc(n, sizeof *p.above), p.layer = ss_alloc(n, sizeof *p.layer);
+                 .layers = layers,
+                 .layer = {back->lamps.maps.depth + face * n},
+                 .texels = back->lamps.maps.plane + face * n * 2 * layers};
+    float *scratch = ss_alloc_any(layers, n * sizeof *scratch); /* where to peel; layers but one */
     softshadow_status status = SOFTSHADOW_OK;
-    if (!p.above || !p.layer) {
+    if (!scratch) {
         status =
             ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
-                    back->layers, side, side);
+                    layers, side, side);
     }
-    if (!status) status = peel(&p, back->lamps.maps.depth + face * n);
-    if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &p);
-    ss_free(p.above);
-    ss_free(p.layer);
+    for (uint32_t l = 1; l < layers && !status; l++) {
+        p.layer[l] = scratch + l * n;
+        status =
+            ss_light_maps_next(stage, p.frame, side, p.layer[l - 1], scratch, scratch + l * n);
+    }
+    if (!status) status = ss_parallel_for(stage->pool, side, 16, write_rows, &p);
+    ss_free(scratch);
     return status;
 }
 
@@ -174,7 +148,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     back->layers = stage->params->layers;
     back->fill = back->layers == 1 && stage->params->falloff == SOFTSHADOW_FALLOFF_PAPER;
     const uint32_t count = maps->frames.count;
-    if (count) status = ss_light_maps_add_plane(maps, "layers", 2 * back->layers, answer);
+    if (count) status = ss_light_maps_add_any(maps, "layers", 2 * back->layers, answer);
     name_channels(back);
     for (uint32_t face = 0; face < count && !status; face++) {
         status = peel_face(stage, back, face);

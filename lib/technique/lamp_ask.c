@@ -16,7 +16,7 @@ softshadow_status ss_lamp_maps_build(const ss_stage *stage, const ss_light_maps_
     for (uint32_t face = 0; face < frames->count && !status; face++) {
         const float *depth = lamps->maps.depth + (size_t)face * side * side;
         ss_lamp_make(&lamps->lamp[face], stage->light, &frames->face[face]);
-        status = ss_pyramid_build(&lamps->pyramid[face], depth, side);
+        status = ss_pyramid_build(&lamps->pyramid[face], depth, side, stage->pool);
     }
     if (status) ss_lamp_maps_destroy(lamps), *state = NULL;
     return status;

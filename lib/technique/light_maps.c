@@ -108,6 +108,36 @@ softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, u
                       ss_alloc_any(maps->texels, channels * sizeof *maps->plane));
 }
 
+typedef struct starting {
+    const float *layer;
+    float *above;
+    uint32_t side;
+    _Atomic bool any; /* does it hold something? */
+} starting;
+
+static softshadow_status start_rows(void *ctx, uint64_t begin, uint64_t end) {
+    starting *s = ctx;
+    bool any = false;
+    for (size_t i = begin * s->side; i < end * s->side; i++) {
+        s->above[i] = ss_map_below(s->layer[i]);
+        any |= s->layer[i] != SS_MAP_FAR;
+    }
+    if (any) s->any = true;
+    return SOFTSHADOW_OK;
+}
+
+softshadow_status ss_light_maps_next(const ss_stage *stage, const ss_frame *frame, uint32_t side,
+                                     const float *layer, float *above, float *next) {
+    const ss_raster_casters casters = {
+        .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
+    starting s = {layer, above, side, false};
+    const softshadow_status status = ss_parallel_for(stage->pool, side, 16, start_rows, &s);
+    if (status) return status;
+    if (s.any) return stage->raster->peel(&casters, above, next, stage->pool);
+    memcpy(next, layer, (size_t)side * side * sizeof *next);
+    return SOFTSHADOW_OK;
+}
+
 softshadow_status ss_light_maps_add_lit(ss_light_maps *maps) {
     const size_t tiles = ss_light_maps_tiles(maps);
     const size_t n = tiles * tiles * maps->frames.count;

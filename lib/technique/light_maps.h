@@ -4,6 +4,8 @@
 #ifndef SS_TECHNIQUE_LIGHT_MAPS_H
 #define SS_TECHNIQUE_LIGHT_MAPS_H
 
+#include <math.h>
+
 #include "map/falloff.h"
 #include "map/frame.h"
 #include "raster/raster.h"
@@ -11,6 +13,10 @@
 
 /* Relative: depths within eight units in the last place are one surface. */
 #define SS_MAP_ALIKE 0x1p-21f
+/* Of a layer, where the next begins. */
+static inline float ss_map_below(float h) {
+    return h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
+}
 /* The steepest surface, in h per unit of X, that a bias follows: 86 degrees. Steeper ones receive
  * less than 7 % of the light and are below their own horizon for part of it. */
 #define SS_MAP_STEEPEST 16.0
@@ -65,6 +71,11 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 /* The same, of any content: to be written whole. */
 softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
                                         ss_light_maps_answer *answer);
+
+/* The next surface of each texel, given one without any bias; FAR where there is none. `above`, as
+ * large, is scratch. */
+softshadow_status ss_light_maps_next(const ss_stage *stage, const ss_frame *frame, uint32_t side,
+                                     const float *layer, float *above, float *next);
 
 /* The table `lit`, of which nothing is known yet; who draws tiles writes what it knows. Then
  * finish: a place between texels may reach into the tiles after its own. */

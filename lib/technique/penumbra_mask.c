@@ -215,35 +215,6 @@ static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
     return SOFTSHADOW_OK;
 }
 
-/* The first surface, and from where on the second is looked for. */
-typedef struct starting {
-    const float *first;
-    float *above;
-    uint32_t side;
-} starting;
-
-static softshadow_status start_rows(void *ctx, uint64_t begin, uint64_t end) {
-    const starting *s = ctx;
-    for (size_t i = begin * s->side; i < end * s->side; i++) {
-        const float h = s->first[i];
-        s->above[i] = h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
-    }
-    return SOFTSHADOW_OK;
-}
-
-static softshadow_status find_second(const ss_stage *stage, const ss_frame *frame,
-                                     const starting *start, float *second) {
-    const ss_raster_casters casters = {.world = stage->world,
-                                       .frame = frame,
-                                       .resolution = start->side,
-                                       .deepest = frame->far_h};
-    starting own = *start;
-    const softshadow_status status =
-        ss_parallel_for(stage->pool, start->side, 16, start_rows, &own);
-    if (status) return status;
-    return stage->raster->peel(&casters, start->above, second, stage->pool);
-}
-
 /* ---- building -------------------------------------------------------------------------------- */
 
 static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uint32_t face,
@@ -254,8 +225,8 @@ static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uin
     const size_t n = (size_t)side * side;
     float *texels = maps->plane + face * n * MASK_CHANNELS;
     const float *depth = maps->depth + face * n;
-    const starting start = {depth, scratch, side};
-    softshadow_status status = find_second(stage, frame, &start, scratch + n);
+    softshadow_status status =
+        ss_light_maps_next(stage, frame, side, depth, scratch, scratch + n);
     comparing c = {texels, depth, scratch + n, side, (float)frame->texel,
                    (float)(stage->params->depth_bias * stage->world->scale), frame};
     if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &c);

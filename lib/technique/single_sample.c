@@ -30,8 +30,11 @@
  */
 
 typedef struct widths {
-    const float *depth, *second; /* of this face, unbiased first surface, and what lies below it */
-    float *square;               /* squared distance to the closest illuminated texel */
+    float *depth, *second;       /* of this face, unbiased first surface, and what lies below it */
+    float *square;               /* first what to peel off, then the squared distance to the
+                                    closest illuminated texel */
+    const float *biased;         /* of the hard shadow */
+    float *texels;               /* of this face */
     uint32_t side;
     float rim;
 } widths;
@@ -107,41 +110,41 @@ static softshadow_status rows(void *ctx, uint64_t begin, uint64_t end) {
     if (!copy || !at || !from)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
     for (uint64_t y = begin; y < end && !status; y++) {
-        envelope(w->square + (size_t)y * w->side, w->side, copy, at, from);
+        const size_t first = (size_t)y * w->side;
+        envelope(w->square + first, w->side, copy, at, from);
+        for (size_t i = first; i < first + w->side; i++) { /* the rim is between two centres */
+            w->texels[i * SINGLE_CHANNELS + SINGLE_DEPTH] = w->biased[i];
+            w->texels[i * SINGLE_CHANNELS + SINGLE_INSIDE] = sqrtf(w->square[i]) - .5f;
+        }
     }
     ss_free(copy), ss_free(at), ss_free(from);
     return status;
 }
 
 /* The surfaces as they are, without the hard shadow's bias, and what lies below. */
-static softshadow_status two_layers(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
-                                    float *first, float *second, float *above) {
-    const ss_frame *frame = &maps->frames.face[face];
-    const uint32_t side = maps->frames.resolution;
+static softshadow_status two_layers(const ss_stage *stage, const ss_frame *frame,
+                                    const widths *w) {
     const ss_raster_casters casters = {
-        .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
-    softshadow_status status = stage->raster->depth(&casters, first, stage->pool);
-    for (size_t i = 0; i < (size_t)side * side; i++) {
-        above[i] = first[i] == SS_MAP_FAR ? first[i] : first[i] + SS_MAP_ALIKE * fabsf(first[i]);
-    }
-    return status ? status : stage->raster->peel(&casters, above, second, stage->pool);
+        .world = stage->world, .frame = frame, .resolution = w->side, .deepest = frame->far_h};
+    const softshadow_status status = stage->raster->depth(&casters, w->depth, stage->pool);
+    if (status) return status;
+    return ss_light_maps_next(stage, frame, w->side, w->depth, w->square, w->second);
 }
 
 static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face,
                                  float *planes) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side;
-    float *plane = maps->plane + face * n * SINGLE_CHANNELS;
-    const float *depth = maps->depth + face * n;
-    widths w = {planes, planes + n, planes + 2 * n, side,
-                (float)(RIM * maps->frames.face[face].texel)};
-    softshadow_status status = two_layers(stage, maps, face, planes, planes + n, planes + 2 * n);
+    widths w = {.depth = planes,
+                .second = planes + n,
+                .square = planes + 2 * n,
+                .biased = maps->depth + face * n,
+                .texels = maps->plane + face * n * SINGLE_CHANNELS,
+                .side = side,
+                .rim = (float)(RIM * maps->frames.face[face].texel)};
+    softshadow_status status = two_layers(stage, &maps->frames.face[face], &w);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, columns, &w);
     if (!status) status = ss_parallel_for(stage->pool, side, 16, rows, &w);
-    for (size_t i = 0; i < n && !status; i++) { /* the rim is between two centres */
-        plane[i * SINGLE_CHANNELS + SINGLE_DEPTH] = depth[i];
-        plane[i * SINGLE_CHANNELS + SINGLE_INSIDE] = sqrtf(w.square[i]) - .5f;
-    }
     return status;
 }
 
@@ -149,8 +152,8 @@ static ss_light_maps_answer answer;
 
 static softshadow_status draw(const ss_stage *stage, ss_light_maps *maps) {
     const size_t n = maps->texels / maps->frames.count;
-    float *planes = ss_alloc(n, 3 * sizeof *planes);
-    softshadow_status status = ss_light_maps_add_plane(maps, "width", SINGLE_CHANNELS, answer);
+    float *planes = ss_alloc_any(n, 3 * sizeof *planes);
+    softshadow_status status = ss_light_maps_add_any(maps, "width", SINGLE_CHANNELS, answer);
     maps->channel_names = "depth,inside";
     if (!planes)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for three maps");

@@ -132,13 +132,15 @@ static void test_edge_on(void **state) {
 
 static void test_pyramid(void **state) {
     (void)state;
-    const uint32_t sides[] = {1, 2, 3, 8, 13, 64, 100};
+    const uint32_t sides[] = {1, 2, 3, 8, 13, 64, 100, 300};
+    ss_pool *pool;
+    assert_int_equal(ss_pool_create(&pool, NULL), SOFTSHADOW_OK);
     for (size_t s = 0; s < sizeof sides / sizeof *sides; s++) {
         const int32_t side = (int32_t)sides[s];
         float *plane = malloc((size_t)(side * side) * sizeof *plane);
         for (int i = 0; i < side * side; i++) plane[i] = (float)uniform(0, 1);
         ss_pyramid p;
-        assert_int_equal(ss_pyramid_build(&p, plane, sides[s]), SOFTSHADOW_OK);
+        assert_int_equal(ss_pyramid_build(&p, plane, sides[s], pool), SOFTSHADOW_OK);
         float all = 2;
         for (int i = 0; i < side * side; i++) all = fminf(all, plane[i]);
         assert_true(*p.level[p.levels - 1] == all && p.side[p.levels - 1] == 1);
