@@ -70,31 +70,40 @@ typedef struct turns {
     double build_gain[MOST_REPEATS], query_gain[MOST_REPEATS];
 } turns;
 
-static bool one_turn(timing *t, const char *method, turns *to, uint32_t i) {
+static bool build_all(timing *t, const char *method, turns *to, uint32_t i) {
     for (uint32_t h = 0; h < t->handles; h++) {
         if (h == ALONE && !build(t, ALONE, "hard", &to->depth[i])) return false;
-        if (!build(t, (int)h, method, &to->build[h][i]) || !ask(t, (int)h, &to->query[h][i]))
-            return false;
+        if (!build(t, (int)h, method, &to->build[h][i])) return false;
     }
     to->ratio[i] = to->build[ALONE][i] / to->depth[i];
     to->build_gain[i] = to->build[ALONE][i] / to->build[t->handles - 1][i];
+    return true;
+}
+
+static bool ask_all(timing *t, turns *to, uint32_t i) {
+    for (uint32_t h = 0; h < t->handles; h++)
+        if (!ask(t, (int)h, &to->query[h][i])) return false;
     to->query_gain[i] = to->query[ALONE][i] / to->query[t->handles - 1][i];
     return true;
 }
 
 static bool one_method(timing *t, const char *method) {
     turns all;
-    uint32_t n = t->options->repeat;
-    for (uint32_t i = 0; i < n; i++) {
-        if (!one_turn(t, method, &all, i)) return false;
-        const double query = all.query[ALONE][0] * (double)t->cell->points.count;
-        if (all.build[ALONE][0] + query > PATIENCE) n = i + 1;
+    uint32_t n = 0, asked = 0;
+    double spent = 0; /* on queries */
+    /* once more than is told: the first build finds no memory of its size that is free */
+    if (!build_all(t, method, &all, 0)) return false;
+    while (n < t->options->repeat && (!n || all.build[ALONE][0] < PATIENCE)) {
+        if (!build_all(t, method, &all, n++)) return false;
+        if (spent > PATIENCE) continue;
+        if (!ask_all(t, &all, asked)) return false;
+        spent += all.query[ALONE][asked++] * (double)t->cell->points.count;
     }
-    printf("  %-16s %9.2f  %9.2f  %9.2f", method, 1e9 * bench_median(all.query[ALONE], n),
+    printf("  %-16s %9.2f  %9.2f  %9.2f", method, 1e9 * bench_median(all.query[ALONE], asked),
            1e3 * bench_median(all.build[ALONE], n), bench_median(all.ratio, n));
     if (t->handles > 1) {
-        printf("  %8.2f", bench_median(all.query_gain, n));
-        printf(" %5.2f", all.query_gain[n - 1]);
+        printf("  %8.2f", bench_median(all.query_gain, asked));
+        printf(" %5.2f", all.query_gain[asked - 1]);
         printf("  %8.2f", bench_median(all.build_gain, n));
         printf(" %5.2f", all.build_gain[n - 1]);
     }
