@@ -18,6 +18,12 @@ typedef struct ss_scan_corner {
     double x, y, attribute[SS_RASTER_ATTRIBUTES];
 } ss_scan_corner;
 
+/* An edge's function at the centre of a triangle's first texel, and its steps. */
+typedef struct ss_scan_line {
+    int64_t at;
+    int32_t right, up;
+} ss_scan_line;
+
 /* A triangle ready to be walked: snapped, its corners in the order given. */
 typedef struct ss_scan {
     int32_t x[3], y[3];                /* in subtexels */
@@ -25,6 +31,7 @@ typedef struct ss_scan {
     float start[SS_RASTER_ATTRIBUTES]; /* at the centre of texel (first_x, first_y) */
     float step_x[SS_RASTER_ATTRIBUTES], step_y[SS_RASTER_ATTRIBUTES];
     float least[SS_RASTER_ATTRIBUTES], most[SS_RASTER_ATTRIBUTES]; /* of the corners */
+    ss_scan_line line[3];              /* only by ss_scan_lines(), counter-clockwise */
 } ss_scan;
 
 /* The texels whose centres can be inside, from the snapped corners; false: there are none. */
@@ -96,6 +103,24 @@ static inline bool ss_scan_top_or_left(int32_t dx, int32_t dy) {
     return dy < 0 || (dy == 0 && dx < 0);
 }
 
+/* The function is positive inside. */
+static inline ss_scan_line ss_scan_line_at(const ss_scan *s, int i, int j, int32_t x, int32_t y) {
+    const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
+    const int64_t px = (int64_t)x * SS_SUBTEXELS + 128 - s->x[i];
+    const int64_t py = (int64_t)y * SS_SUBTEXELS + 128 - s->y[i];
+    const int64_t value = dx * py - dy * px - !ss_scan_top_or_left(dx, dy);
+    return (ss_scan_line){value >> 8 /* floor */, -dy, dx};
+}
+
+/* For triangles that are asked about block after block. */
+static inline void ss_scan_lines(ss_scan *s) {
+    const bool turn = ss_scan_area(s) < 0;
+    const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
+    SS_UNROLL
+    for (int i = 0; i < 3; i++)
+        s->line[i] = ss_scan_line_at(s, order[i], order[i + 1], s->first_x, s->first_y);
+}
+
 /* One edge inside one block: its value at the block's first centre, and its steps. A texel is
  * inside where no edge's value is negative. */
 typedef struct ss_scan_edge {
@@ -108,7 +133,31 @@ typedef struct ss_scan_block {
     int32_t x, y, width, height;
 } ss_scan_block;
 
+/* Beyond what a block of 32 x 32 texels can change: |edge| < 2^24, 31 + 31 steps. */
+#define SS_SCAN_LARGE (1 << 30)
+
+/* False: all of the block is outside of the edge, as its best corner is. */
+static inline bool ss_scan_block_edge(ss_scan_block *b, int i, const ss_scan_line *line) {
+    const int64_t at = line->at;
+    ss_scan_edge *e = &b->e[i];
+    e->right = line->right, e->up = line->up;
+    e->at = (int32_t)(at > SS_SCAN_LARGE ? SS_SCAN_LARGE : at < -SS_SCAN_LARGE ? -SS_SCAN_LARGE : at);
+    const int32_t right = e->right > 0 ? e->right * (b->width - 1) : 0;
+    const int32_t up = e->up > 0 ? e->up * (b->height - 1) : 0;
+    return at >= -SS_SCAN_LARGE && e->at + right + up >= 0;
+}
+
 /* Sets the edges from place and size; false: the triangle covers none of it. */
 bool ss_scan_block_set(ss_scan_block *block, const ss_scan *scan);
+/* The same by the triangle's lines. */
+static inline bool ss_scan_block_lines(ss_scan_block *b, const ss_scan *s) {
+    SS_UNROLL
+    for (int i = 0; i < 3; i++) {
+        ss_scan_line line = s->line[i];
+        line.at += (int64_t)(b->x - s->first_x) * line.right + (int64_t)(b->y - s->first_y) * line.up;
+        if (!ss_scan_block_edge(b, i, &line)) return false;
+    }
+    return true;
+}
 
 #endif

@@ -57,6 +57,7 @@ static softshadow_status set_up(void *ctx, uint64_t begin, uint64_t end) {
                 continue;
             }
             ss_scan_gradients(scan, part, SS_RASTER_ATTRIBUTES);
+            ss_scan_lines(scan);
         }
     }
     return SOFTSHADOW_OK;
@@ -100,31 +101,14 @@ static inline void bound(const ss_scan *s, const int32_t box[4], ss_floats *low,
     *high = ss_floats_less(ss_floats_more(b, least), most);
 }
 
-/* An edge at the centre of the first texel, and its steps: as in a block, of any size. */
-typedef struct edge {
-    int64_t at;
-    int32_t right, up;
-} edge;
-
-static inline void set_edges(const ss_scan *s, edge e[3]) {
-    const bool turn = ss_scan_area(s) < 0;
-    const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
-    for (int k = 0; k < 3; k++) {
-        const int i = order[k], j = order[k + 1];
-        const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
-        const int64_t px = (int64_t)s->first_x * SS_SUBTEXELS + 128 - s->x[i];
-        const int64_t py = (int64_t)s->first_y * SS_SUBTEXELS + 128 - s->y[i];
-        e[k] = (edge){(dx * py - dy * px - !ss_scan_top_or_left(dx, dy)) >> 8, -dy, dx};
-    }
-}
-
 /* Is all of a box outside of an edge? Then so is its best corner. */
-static inline bool misses(const ss_scan *s, const edge e[3], const int32_t box[4]) {
+static inline bool misses(const ss_scan *s, const int32_t box[4]) {
     int64_t least = 0;
     for (int k = 0; k < 3; k++) {
-        const int64_t x = (e[k].right > 0 ? box[2] : box[0]) - s->first_x;
-        const int64_t y = (e[k].up > 0 ? box[3] : box[1]) - s->first_y;
-        least |= e[k].at + x * e[k].right + y * e[k].up;
+        const ss_scan_line *e = &s->line[k];
+        const int64_t x = (e->right > 0 ? box[2] : box[0]) - s->first_x;
+        const int64_t y = (e->up > 0 ? box[3] : box[1]) - s->first_y;
+        least |= e->at + x * e->right + y * e->up;
     }
     return least < 0; /* one of them is */
 }
@@ -146,15 +130,13 @@ static void add_visits(band *b, uint32_t part) {
     const uint32_t tag = s->triangles[s->owner[part]].tag;
     const int32_t low = greatest_of(scan->first_y, b->first_row),
                   high = least_of(scan->last_y, b->last_row);
-    edge edges[3];
-    set_edges(scan, edges);
     for (int32_t row = (low - b->first_row) / TILE; row <= (high - b->first_row) / TILE; row++) {
         for (int32_t column = scan->first_x / TILE; column <= scan->last_x / TILE; column++) {
             const int32_t x = column * TILE, y = b->first_row + row * TILE;
             const int32_t box[4] = {greatest_of(x, scan->first_x), greatest_of(y, low),
                                     least_of(x + TILE - 1, scan->last_x),
                                     least_of(y + TILE - 1, high)};
-            if (misses(scan, edges, box)) continue;
+            if (misses(scan, box)) continue;
             ss_floats lowest, highest;
             bound(scan, box, &lowest, &highest);
             float from[4], to[4];

@@ -55,7 +55,7 @@ SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, int use
     const int32_t low = s->first_y > tile->y ? s->first_y : tile->y;
     const int32_t end = tile->y + tile->height, high = s->last_y < end ? s->last_y + 1 : end;
     ss_scan_block b = {.x = tile->x, .y = low, .width = tile->width, .height = high - low};
-    if (!ss_scan_block_set(&b, s)) return;
+    if (!ss_scan_block_lines(&b, s)) return;
     for (int32_t first = 0; first < SS_RASTER_TILE; first += SS_LANES)
         ss_tile_columns(tile, s, &b, first, used, tag, offer, ctx);
 }
@@ -98,41 +98,23 @@ SS_TILE_INLINE ss_tile_floats ss_tile_root(ss_tile_floats x) {
 #endif
 }
 
-/* An edge at the centre of the first texel, and its steps: whole numbers below 2^42, which doubles
- * hold. */
-typedef struct ss_tile_edge {
-    double at, right, up;
-} ss_tile_edge;
-
-SS_TILE_INLINE void ss_tile_edges(const ss_scan *s, ss_tile_edge e[3]) {
-    const bool turn = ss_scan_area(s) < 0;
-    const int order[4] = {0, turn ? 2 : 1, turn ? 1 : 2, 0};
-    SS_UNROLL
-    for (int k = 0; k < 3; k++) {
-        const int i = order[k], j = order[k + 1];
-        const int64_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
-        const int64_t px = (int64_t)s->first_x * SS_SUBTEXELS + 128 - s->x[i];
-        const int64_t py = (int64_t)s->first_y * SS_SUBTEXELS + 128 - s->y[i];
-        const bool top = ss_scan_top_or_left((int32_t)dx, (int32_t)dy);
-        e[k] = (ss_tile_edge){(double)((dx * py - dy * px - !top) >> 8), (double)-dy, (double)dx};
-    }
-}
-
 /* Texels from the triangle's first one on. */
 typedef struct ss_tile_boxes {
     ss_tile_ints left, right;
     int32_t low, high;
 } ss_tile_boxes;
 
-/* Which boxes are wholly outside of an edge? Then their best corner is. */
-SS_TILE_INLINE uint32_t ss_tile_missed(const ss_tile_edge e[3], const ss_tile_boxes *b) {
+/* Which boxes are wholly outside of an edge? Then their best corner is. Whole numbers below 2^42,
+ * which doubles hold. */
+SS_TILE_INLINE uint32_t ss_tile_missed(const ss_scan_line e[3], const ss_tile_boxes *b) {
     const ss_doubles left = __builtin_convertvector(b->left, ss_doubles);
     const ss_doubles right = __builtin_convertvector(b->right, ss_doubles);
     ss_doubles_mask out = {0};
     SS_UNROLL
     for (int k = 0; k < 3; k++) {
-        const double here = e[k].at + (e[k].up > 0 ? b->high : b->low) * e[k].up;
-        out |= (ss_doubles_mask)(here + (e[k].right > 0 ? right : left) * e[k].right < 0);
+        const int64_t y = e[k].up > 0 ? b->high : b->low;
+        const double here = (double)(e[k].at + y * e[k].up), per = e[k].right;
+        out |= (ss_doubles_mask)(here + (per > 0 ? right : left) * per < 0);
     }
     return ss_tile_bits(__builtin_convertvector(out, ss_tile_ints));
 }
@@ -165,8 +147,6 @@ SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_
     const int32_t first = s->first_x / SS_RASTER_TILE, last = s->last_x / SS_RASTER_TILE;
     const int32_t wide = s->last_x - s->first_x;
     uint32_t count = 0;
-    ss_tile_edge edges[3];
-    ss_tile_edges(s, edges);
     for (int32_t row = (low - band->first_row) / SS_RASTER_TILE;
          row <= (high - band->first_row) / SS_RASTER_TILE; row++) {
         const int32_t y = band->first_row + row * SS_RASTER_TILE, end = y + SS_RASTER_TILE - 1;
@@ -176,7 +156,7 @@ SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_
             const ss_tile_ints x = (column + lane) * SS_RASTER_TILE - s->first_x;
             const ss_tile_ints to = x + (SS_RASTER_TILE - 1), beyond = x > wide;
             b.left = x & (x > 0), b.right = (to & (to < wide)) | (wide & (to >= wide));
-            uint32_t in = ~(ss_tile_missed(edges, &b) | ss_tile_bits(beyond)) &
+            uint32_t in = ~(ss_tile_missed(s->line, &b) | ss_tile_bits(beyond)) &
                           ((1u << SS_DOUBLES) - 1);
             if (!in) continue;
             ss_tile_bounds of;
