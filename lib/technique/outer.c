@@ -78,17 +78,24 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
     return stage->raster->keep(triangles, count, side, &ink, stage->pool);
 }
 
+/* What nearer things hide of a silhouette draws nothing: wherever its penumbra comes out from under
+ * them, that of their own rim is the darker. On a closed body half of the silhouette. */
 softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *maps,
                                  const ss_silhouette *found, uint32_t face,
                                  const ss_rim_style *style, const ss_outer_pen *pen) {
+    const uint32_t side = maps->frames.resolution;
+    const float *depth = maps->depth + (size_t)face * side * side;
+    ss_rim_style seen = *style;
     ss_rim rim;
+    uint8_t *hidden = NULL;
     ss_raster_triangle *triangles = NULL;
     size_t count = 0;
-    softshadow_status status =
-        ss_rim_build(&rim, stage, found, &maps->frames.face[face], maps->frames.resolution);
-    if (!status) status = ss_rim_draw(&rim, style, stage->pool, &triangles, &count);
+    softshadow_status status = ss_rim_build(&rim, stage, found, &maps->frames.face[face], side);
+    if (!status) status = ss_rim_find_hidden(stage, &rim, depth, side, 0, &hidden);
+    seen.hidden = hidden;
+    if (!status) status = ss_rim_draw(&rim, &seen, stage->pool, &triangles, &count);
     if (!status) status = draw_rim(stage, maps, face, triangles, count, pen);
-    ss_free(triangles);
+    ss_free(triangles), ss_free(hidden);
     ss_rim_free(&rim);
     return status;
 }

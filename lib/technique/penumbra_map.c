@@ -10,6 +10,7 @@
  *   perspective, where it is exact and sheets are planar however different their cones are.
  * - Cones are evaluated at every texel instead of being cut into triangles, and only where sheets
  *   leave a gap: inside a sheet's strip the sheet is the darker.
+ * - Silhouettes that something nearer hides draw neither: see ss_outer_paint().
  * - The result is filtered over 2 x 2 texels, intensities and comparisons, never depths.
  * - 3 I^2 - 2 I^3 only under falloff=paper: the area of a disk cut by a line is not it. */
 #include <math.h>

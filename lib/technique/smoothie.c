@@ -10,7 +10,8 @@
  *   Under a sun b / r means nothing: alpha' = alpha t / ((r - b) tan(angle)).
  * - The sinusoid only under falloff=paper.
  * - The mean normal where more than two edges meet is that of the smoothies, not of the faces:
- *   faces of a soup have none that means something. */
+ *   faces of a soup have none that means something.
+ * - Silhouettes that something nearer hides draw nothing: see ss_outer_paint(). */
 #include <math.h>
 
 #include "technique/map_techniques.h"

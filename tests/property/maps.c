@@ -143,6 +143,28 @@ static void test_umbra_stays(void **state) {
     scene_free(&mesh);
 }
 
+/* What a nearer caster hides adds nothing: its rim's penumbra comes out from under that, where the
+ * nearer rim's is the darker. */
+static void test_hidden_rim(void **state) {
+    (void)state;
+    const softshadow_light lights[] = {scene_disk_light(0, 0, 4, 0, 0, -1, .25),
+                                       scene_sun_light(0, 0, -1, atan(.1))};
+    for (size_t k = 0; k < 2 * COUNT(outer); k++) {
+        const char *method = outer[k / 2];
+        scene_mesh mesh = maps_half_plane();
+        ask alone = maps_across(method, &mesh, lights[k % 2], .1, .05, ACROSS);
+        ask_do(&alone);
+        scene_rect(&mesh, -3, -.03, -3, 3, .7);
+        ask both = maps_across(method, &mesh, lights[k % 2], .1, .05, ACROSS);
+        ask_do(&both);
+        double worst = 0;
+        for (int i = 0; i < ACROSS; i++)
+            worst = fmax(worst, fabs(both.visibility[i] - alone.visibility[i]));
+        CHECK(worst <= 1e-4, "%s: a hidden rim changes %g", method, worst);
+        ask_free(&alone), ask_free(&both), scene_free(&mesh);
+    }
+}
+
 /* Look-ups are compiled for each instruction set: the same bits, for points in any number. */
 static void test_rungs(void **state) {
     (void)state;
@@ -247,8 +269,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_straight_edge),  cmocka_unit_test(test_limit_straight_edge),
         cmocka_unit_test(test_falloffs),       cmocka_unit_test(test_umbra_stays),
-        cmocka_unit_test(test_rungs),          cmocka_unit_test(test_radius_to_zero),
-        cmocka_unit_test(test_resolution),     cmocka_unit_test(test_acne),
+        cmocka_unit_test(test_hidden_rim),     cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_radius_to_zero), cmocka_unit_test(test_resolution),
+        cmocka_unit_test(test_acne),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
