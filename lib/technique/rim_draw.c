@@ -11,10 +11,16 @@
 #define PIECE (M_PI / 6) /* most that one triangle of a corner spans */
 #define SHARE 256        /* edges or vertices that one thread draws at a time */
 
+/* The edges of vertices where not just one arrives and one leaves: edge[first[v] .. first[v + 1]). */
+typedef struct crowds {
+    uint32_t *first, *edge;
+} crowds;
+
 /* Draws a share of the rim; shares follow each other in the order of edges, then vertices. */
 typedef struct artist {
     const ss_rim *rim;
     const ss_rim_style *style;
+    const crowds *crowds;
     ss_raster_triangle *list;
     size_t count, room;
     size_t first; /* of all that is drawn */
@@ -193,6 +199,46 @@ static double principal(double angle) {
 
 static bool hidden(const artist *a, uint32_t e) { return a->style->hidden && a->style->hidden[e]; }
 
+/* Where a vertex is the nearest of an edge that it is an end of: ways up to `half` from the angle
+ * *middle; false: the edge's widths do not tell. */
+static bool ways_beside(const artist *a, uint32_t e, uint32_t v, double *middle, double *half) {
+    const ss_rim_edge *edge = &a->rim->edge[e];
+    const bool last = edge->vertex[1] == v;
+    const double right[2] = {edge->along[1], -edge->along[0]}, sign = last ? 1 : -1;
+    const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
+    const double more = wide * (width_of(a, v) - width_of(a, edge->vertex[!last]));
+    const double lean = a->style->tangent && edge->length > 0 ? more / edge->length : 0;
+    if (!(edge->length > 0) || !(fabs(lean) < 1)) return false;
+    *middle = atan2(sign * edge->along[1], sign * edge->along[0]), *half = acos(-lean);
+    return true;
+}
+
+/* Narrows the angles from span[0] to span[1]; false: to none. */
+static bool narrow(double span[2], double middle, double half) {
+    double low = INFINITY, high = -INFINITY;
+    for (int k = -1; k <= 1; k++) {
+        const double from = fmax(span[0], middle - half + 2 * M_PI * k);
+        const double to = fmin(span[1], middle + half + 2 * M_PI * k);
+        if (from < to) low = fmin(low, from), high = fmax(high, to);
+    }
+    span[0] = low, span[1] = high;
+    return low < high;
+}
+
+/* Of a vertex whose inside and outside the rim does not tell, the piece of a disc that is nearer to
+ * it than to its edges. */
+static void disc(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
+    double base = 0, span[2] = {-M_PI, M_PI}, middle, half;
+    bool seen = false, bounded = false;
+    for (size_t i = 0; i < n; i++) {
+        seen |= !hidden(a, edges[i]);
+        if (!ways_beside(a, edges[i], v, &middle, &half)) continue;
+        if (!bounded) base = middle, bounded = true;
+        if (!narrow(span, principal(middle - base), half)) return;
+    }
+    if (seen) wedge(a, v, base + span[0], span[1] - span[0], SS_RIM_DISC);
+}
+
 /* One edge in, one out: outside opens at a left turn, inside at a right one. */
 static void corner(artist *a, uint32_t v) {
     const ss_rim_vertex *at = &a->rim->vertex[v];
@@ -200,7 +246,7 @@ static void corner(artist *a, uint32_t v) {
     double m[2], n[2];
     for (int side = 1; side >= (a->style->inside ? -1 : 1); side -= 2) {
         if (!leave_edge(a, at->in, side, m) || !leave_edge(a, at->out, side, n)) {
-            wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+            disc(a, (const uint32_t[]){at->in, at->out}, 2, v);
             return;
         }
         const double turn = principal(angle_of(n) - angle_of(m));
@@ -216,33 +262,13 @@ static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
         mean[0] += m[0], mean[1] += m[1];
     }
     if (!(ss_length_2(mean[0], mean[1]) > 1e-6)) {
-        wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+        disc(a, edges, n, v);
         return;
     }
     for (size_t i = 0; i < n; i++) {
-        if (!leave_edge(a, edges[i], 1, m)) continue;
+        if (hidden(a, edges[i]) || !leave_edge(a, edges[i], 1, m)) continue;
         wedge(a, v, angle_of(m), principal(angle_of(mean) - angle_of(m)), 0);
     }
-}
-
-/* Vertices where more than two edges meet, with all their edges. */
-static void draw_crowded(artist *a) {
-    const ss_rim *o = a->rim;
-    uint32_t *first = ss_alloc(o->vertex_count + 2, sizeof *first);
-    uint32_t *edges = ss_alloc(2 * o->edge_count, sizeof *edges);
-    a->failed |= !first || !edges;
-    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
-        for (int i = 0; i < 2; i++) first[o->edge[e].vertex[i] + 2]++;
-    }
-    for (size_t v = 0; v < o->vertex_count && !a->failed; v++) first[v + 2] += first[v + 1];
-    for (size_t e = 0; e < o->edge_count && !a->failed; e++) {
-        for (int i = 0; i < 2; i++) edges[first[o->edge[e].vertex[i] + 1]++] = (uint32_t)e;
-    }
-    for (uint32_t v = 0; v < o->vertex_count && !a->failed; v++) {
-        if (o->vertex[v].arriving + o->vertex[v].leaving <= 2) continue;
-        crowded(a, edges + first[v], first[v + 1] - first[v], v);
-    }
-    ss_free(first), ss_free(edges);
 }
 
 /* ---- all ------------------------------------------------------------------------------------ */
@@ -255,10 +281,31 @@ static void draw_edge(artist *a, uint32_t e) {
 
 static void draw_vertex(artist *a, uint32_t v) {
     const ss_rim_vertex *at = &a->rim->vertex[v];
-    const uint32_t degree = at->arriving + at->leaving;
-    if (at->cut || degree == 0 || (degree > 2 && a->style->average)) return;
+    const uint32_t *edges = a->crowds->edge + a->crowds->first[v];
+    const size_t n = a->crowds->first[v + 1] - a->crowds->first[v];
+    if (at->cut || at->arriving + at->leaving == 0) return;
     if (at->arriving == 1 && at->leaving == 1) corner(a, v);
-    else wedge(a, v, 0, 2 * M_PI, SS_RIM_DISC);
+    else if (n > 2 && a->style->average) crowded(a, edges, n, v);
+    else disc(a, edges, n, v);
+}
+
+static bool is_plain(const ss_rim_vertex *v) { return v->arriving == 1 && v->leaving == 1; }
+
+static bool find_crowds(const ss_rim *rim, crowds *out) {
+    out->first = ss_alloc(rim->vertex_count + 2, sizeof *out->first);
+    out->edge = ss_alloc_any(2 * rim->edge_count, sizeof *out->edge);
+    if (!out->first || !out->edge) return false;
+    for (size_t v = 0; v < rim->vertex_count; v++) {
+        const ss_rim_vertex *at = &rim->vertex[v];
+        out->first[v + 2] = out->first[v + 1] + (is_plain(at) ? 0 : at->arriving + at->leaving);
+    }
+    for (uint32_t e = 0; e < rim->edge_count; e++) {
+        for (int i = 0; i < 2; i++) {
+            const uint32_t v = rim->edge[e].vertex[i];
+            if (!is_plain(&rim->vertex[v])) out->edge[out->first[v + 1]++] = e;
+        }
+    }
+    return true;
 }
 
 static softshadow_status no_memory(const ss_rim *rim) {
@@ -298,10 +345,7 @@ static softshadow_status gather(void *ctx, uint64_t begin, uint64_t end) {
 }
 
 static softshadow_status draw_all(drawing *d, size_t shares, ss_pool *pool, size_t *count) {
-    artist *last = &d->share[shares - 1];
-    softshadow_status status = ss_parallel_for(pool, shares - 1, 1, draw_shares, d);
-    if (!status && last->style->average) draw_crowded(last);
-    if (!status && last->failed) status = no_memory(d->rim);
+    softshadow_status status = ss_parallel_for(pool, shares, 1, draw_shares, d);
     for (size_t i = 0; i < shares; i++)
         d->share[i].first = *count, *count += d->share[i].count;
     if (!status && !(d->all = ss_alloc_any(*count, sizeof *d->all))) status = no_memory(d->rim);
@@ -310,15 +354,17 @@ static softshadow_status draw_all(drawing *d, size_t shares, ss_pool *pool, size
 
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_pool *pool,
                               ss_raster_triangle **triangles, size_t *count) {
-    const size_t plain = (rim->edge_count + rim->vertex_count + SHARE - 1) / SHARE;
-    const size_t shares = plain + 1; /* the last: where edges crowd */
+    const size_t shares = (rim->edge_count + rim->vertex_count + SHARE - 1) / SHARE;
+    crowds all = {0};
     drawing d = {.rim = rim, .share = ss_alloc(shares, sizeof *d.share)};
+    softshadow_status status = SOFTSHADOW_OK;
     *triangles = NULL, *count = 0;
-    if (!d.share) return no_memory(rim);
-    for (size_t i = 0; i < shares; i++) d.share[i] = (artist){.rim = rim, .style = style};
-    const softshadow_status status = draw_all(&d, shares, pool, count);
-    for (size_t i = 0; i < shares; i++) ss_free(d.share[i].list);
-    ss_free(d.share);
+    if (!d.share || !find_crowds(rim, &all)) status = no_memory(rim);
+    for (size_t i = 0; i < shares && !status; i++)
+        d.share[i] = (artist){.rim = rim, .style = style, .crowds = &all};
+    if (!status) status = draw_all(&d, shares, pool, count);
+    for (size_t i = 0; i < shares && d.share; i++) ss_free(d.share[i].list);
+    ss_free(d.share), ss_free(all.first), ss_free(all.edge);
     if (status) ss_free(d.all), *count = 0;
     else *triangles = d.all;
     return status;
