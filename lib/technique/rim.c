@@ -176,20 +176,22 @@ typedef struct hiding {
 } hiding;
 
 /* On a closed body half of the silhouette: offers would refuse every texel of it. */
-static bool edge_hidden(const hiding *h, const ss_rim_edge *edge) {
+static uint8_t edge_hidden(const hiding *h, const ss_rim_edge *edge) {
     const ss_rim_vertex *a = &h->rim->vertex[edge->vertex[0]],
                         *b = &h->rim->vertex[edge->vertex[1]];
     const float right[2] = {(float)edge->along[1], (float)-edge->along[0]};
-    if (!(edge->length > 0 && edge->length < 1024)) return false; /* end on: nothing to look along */
+    if (!(edge->length > 0 && edge->length < 1024)) return SS_RIM_SEEN; /* end on */
     const int steps = 1 + (int)(2 * edge->length);
+    int past = 0;
     for (int i = 0; i <= steps; i++) {
         const double t = (double)i / steps;
         const float place[2] = {(float)(a->x + t * (b->x - a->x)),
                                 (float)(a->y + t * (b->y - a->y))};
         const float c = (float)(a->h + t * (b->h - a->h));
-        if (!(ss_rim_open(h->depth, h->side, place, right) < c + h->past)) return false;
+        past += !(ss_rim_open(h->depth, h->side, place, right) < c + h->past);
+        if (0 < past && past <= i) return SS_RIM_PARTLY;
     }
-    return true;
+    return past ? SS_RIM_SEEN : SS_RIM_HIDDEN;
 }
 
 static softshadow_status hide(void *ctx, uint64_t begin, uint64_t end) {

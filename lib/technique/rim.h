@@ -65,7 +65,8 @@ typedef struct ss_rim_style {
     bool tangent; /* strips touch the circles of these widths around their ends, as sheets touch cones;
                      else they are perpendicular to the edge */
     bool inside;  /* draw both sides */
-    const uint8_t *hidden; /* an edge: it draws nothing, nor do corners between two such; or NULL */
+    const uint8_t *hidden; /* of each edge: a hidden one draws nothing, nor do corners between such;
+                              or NULL: all are seen */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
     const float *depth; /* of the map, `side` texels squared, where triangles are to be marked with
                            SS_RIM_SKY; or NULL */
@@ -132,8 +133,9 @@ static inline ss_rim_foot ss_rim_foot_of(const ss_rim *rim, const ss_raster_run 
  * the way. Above the edge: something nearer hides the silhouette. */
 float ss_rim_open(const float *depth, uint32_t side, const float place[2], const float outwards[2]);
 
-/* Edges, a byte each, past which light gets nowhere deeper than `past` below them, all along: what
- * nearer things hide, for one. *hidden is to be freed with ss_free. */
+/* Past which edges light gets nowhere deeper than `past` below them, as nearer things hide them, for
+ * one: all along is hidden. A byte each; *hidden is to be freed with ss_free. */
+enum { SS_RIM_SEEN, SS_RIM_PARTLY, SS_RIM_HIDDEN };
 softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, const float *depth,
                                      uint32_t side, float past, uint8_t **hidden);
 

@@ -197,7 +197,9 @@ static double principal(double angle) {
     return angle <= -M_PI * (1 - 1e-12) ? M_PI : angle;
 }
 
-static bool hidden(const artist *a, uint32_t e) { return a->style->hidden && a->style->hidden[e]; }
+static bool hidden(const artist *a, uint32_t e) {
+    return a->style->hidden && a->style->hidden[e] == SS_RIM_HIDDEN;
+}
 
 /* Where a vertex is the nearest of an edge that it is an end of: ways up to `half` from the angle
  * *middle; false: the edge's widths do not tell. */
@@ -226,12 +228,13 @@ static bool narrow(double span[2], double middle, double half) {
 }
 
 /* Of a vertex whose inside and outside the rim does not tell, the piece of a disc that is nearer to
- * it than to its edges. */
+ * it than to its edges, as far as these are seen all along: hidden ones offer nothing there. */
 static void disc(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
     double base = 0, span[2] = {-M_PI, M_PI}, middle, half;
     bool seen = false, bounded = false;
     for (size_t i = 0; i < n; i++) {
         seen |= !hidden(a, edges[i]);
+        if (a->style->hidden && a->style->hidden[edges[i]] != SS_RIM_SEEN) continue;
         if (!ways_beside(a, edges[i], v, &middle, &half)) continue;
         if (!bounded) base = middle, bounded = true;
         if (!narrow(span, principal(middle - base), half)) return;

@@ -165,6 +165,41 @@ static void test_hidden_rim(void **state) {
     }
 }
 
+/* Four edges meet at the corner of a plate that a triangle hangs from, which nobody sees: the
+ * penumbra around the corner, outside of one and inside of the other, is the plate's alone. */
+static void test_crowded_corner(void **state) {
+    (void)state;
+    static const char *const methods[] = {"penumbra-map", "smoothie", "penumbra-volume",
+                                          "penumbra-mask", "penumbra-limit"};
+    for (size_t k = 0; k < 2 * COUNT(methods); k++) {
+        const char *method = methods[k / 2];
+        const bool inner = k % 2;
+        scene_mesh mesh = {0};
+        scene_rect(&mesh, -3, 0, -3, 0, 1);
+        if (inner) scene_rect(&mesh, -3, 0, 0, 3, 1), scene_rect(&mesh, 0, 3, -3, 0, 1);
+        const softshadow_light light = scene_disk_light(0, 0, 4, 0, 0, -1, .5);
+        ask alone = maps_over_ground(method, &mesh, light, 96, 2, 1024);
+        ask_do(&alone);
+        const uint32_t first = (uint32_t)mesh.vertices;
+        scene_vertex(&mesh, 0, 0, 1);
+        scene_vertex(&mesh, -1, -.8, .5);
+        scene_vertex(&mesh, -.8, -1, .5);
+        scene_triangle(&mesh, first, first + 1, first + 2);
+        ask both = maps_over_ground(method, &mesh, light, 96, 2, 1024);
+        ask_do(&both);
+        size_t penumbra = 0, changed = 0;
+        for (size_t i = 0; i < alone.count; i++) {
+            changed += fabs(both.visibility[i] - alone.visibility[i]) > 1e-3;
+            penumbra += alone.visibility[i] > 0 && alone.visibility[i] < 1;
+        }
+        CHECK(penumbra > 100, "%s: there is no penumbra", method);
+        /* where the triangle begins it is no deeper than the plate: 8 points at most are its own */
+        CHECK(changed <= (inner ? 10 : 0), "%s, %s corner: a triangle that hangs from it "
+              "changes %zu of %zu points", method, inner ? "inner" : "outer", changed, penumbra);
+        ask_free(&alone), ask_free(&both), scene_free(&mesh);
+    }
+}
+
 /* Look-ups are compiled for each instruction set: the same bits, for points in any number. */
 static void test_rungs(void **state) {
     (void)state;
@@ -269,7 +304,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_straight_edge),  cmocka_unit_test(test_limit_straight_edge),
         cmocka_unit_test(test_falloffs),       cmocka_unit_test(test_umbra_stays),
-        cmocka_unit_test(test_hidden_rim),     cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_hidden_rim),     cmocka_unit_test(test_crowded_corner),
+        cmocka_unit_test(test_rungs),
         cmocka_unit_test(test_radius_to_zero), cmocka_unit_test(test_resolution),
         cmocka_unit_test(test_acne),
     };
