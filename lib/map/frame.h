@@ -13,6 +13,7 @@
 #ifndef SS_MAP_FRAME_H
 #define SS_MAP_FRAME_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -22,6 +23,10 @@
 #include "scene/scene.h"
 
 #define SS_MAP_FAR 1e30f /* the depth of a texel that holds nothing */
+/* Relative: depths within eight units in the last place are one surface. */
+#define SS_MAP_ALIKE 0x1p-21f
+/* Of a layer, where the next begins. */
+static inline float ss_map_below(float h) { return h + SS_MAP_ALIKE * fabsf(h); }
 #define SS_MAP_FACES 6
 
 typedef struct ss_frame {

@@ -167,9 +167,11 @@ typedef struct ss_raster {
     const char *name;
     /* Makes the machine ready, once a process; what it is goes to *device. NULL: always ready. */
     softshadow_status (*open)(ss_raster_device *device);
-    /* The nearest h of any caster at each texel, SS_MAP_FAR where there is none. */
-    softshadow_status (*depth)(const ss_raster_casters *casters, float *plane, ss_pool *pool);
-    /* The nearest h deeper than `above`: the next layer. */
+    /* The nearest h of any caster at each texel, SS_MAP_FAR where there is none; in each layer
+     * after the first the nearest that is below the one before, as ss_map_below() has it. */
+    softshadow_status (*depth)(const ss_raster_casters *casters, float *const layer[],
+                               uint32_t layers, ss_pool *pool);
+    /* The nearest h deeper than `above`. */
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
     bool tiles; /* keep() draws by the ink's tiler, if there is one: all texels are written */

@@ -6,10 +6,7 @@
  * there are too many (5). Differs, and why:
  * - Depths are h of map/frame.h, in which equation 1 is an affine map of texels over h_p - h_v: see
  *   lamp.h. A rect is clamped to as in the paper; disks clip the patch exactly.
- * - The last layer has no midpoint: its bias is its own slope over CAP texels. Midpoints of layers
- * that are close together, where [BCS06] 5 finds acne, are no nearer than that, either.
- * - A midpoint is at most a slope of 45 degrees, or its own, over CAP texels away ([BCS06] figure
- * 5b asks for a limit): points are asked anywhere, also between two far layers.
+ * - Midpoints have bounds, where [BCS06] 5 finds acne and for the last layer, too: see midpoint.h.
  * - Surfaces nearer to each other than floats tell are one layer.
  * - The search region is that of the nearest occluder in it, by a pyramid of least depths, as in
  *   [GBP06], not that of the near plane; squares of it without occluders are skipped.
@@ -25,8 +22,8 @@
 #include "technique/lamp_walk.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/midpoint.h"
 
-#define CAP      1.5  /* texels: half a patch, and half as much again where a surface is curved */
 #define NOTHING  SS_LAMP_NOTHING
 #define SKIP     3        /* level of the pyramid whose squares are skipped: 8 x 8 texels */
 
@@ -37,88 +34,42 @@ typedef struct back_state {
     char names[SS_MOST_LAYERS * 24]; /* of the plane's channels */
 } back_state;
 
-/* ---- layers ---------------------------------------------------------------------------------- */
+/* ---- layers, woven into texels --------------------------------------------------------------- */
 
-typedef struct peeling {
-    const ss_stage *stage;
-    const ss_frame *frame;
-    uint32_t side, layers;
-    const float *layer[SS_MOST_LAYERS]; /* planes of this face */
-    float *texels;                      /* of this face, layers x 2 each */
-} peeling;
+typedef struct weaving {
+    const back_state *back;
+    const float *layer[SS_MOST_LAYERS]; /* of this face */
+    ss_midpoints midpoints;
+    float *texels; /* of this face, layers x 2 each */
+} weaving;
 
-/* How much h changes towards the neighbours, per texel; what changes faster is another surface. */
-static float slope_along(const peeling *p, const float *at, bool before, bool after,
-                         size_t stride) {
-    const float steep = (float)(SS_MAP_STEEPEST * p->frame->texel);
-    float slope = -1;
-    for (int side = -1; side <= 1; side += 2) {
-        if (!(side < 0 ? before : after)) continue;
-        const float other = side < 0 ? at[-(ptrdiff_t)stride] : at[stride];
-        const float change = fabsf(other - *at);
-        if (change <= steep && change > slope) slope = change;
-    }
-    return slope < 0 ? (float)p->frame->texel : slope; /* alone, as in a hair: 45 degrees */
-}
-
-/* The depth that a point must be below to be shadowed by layer l: its midpoint, or a bias. */
-static float compared(const peeling *p, uint32_t x, uint32_t y, uint32_t l) {
-    const uint32_t last = p->side - 1;
-    const size_t i = (size_t)y * p->side + x;
-    const double given = p->stage->params->depth_bias * p->stage->world->scale;
-    const float *at = p->layer[l] + i;
-    const float h = *at, one = (float)p->frame->texel;
-    if (h == SS_MAP_FAR) return h;
-    const float across = slope_along(p, at, x > 0, x < last, 1);
-    const float up = slope_along(p, at, y > 0, y < last, p->side);
-    const float host = (float)ss_frame_step(p->frame, h, given);
-    const float next = l + 1 < p->layers ? p->layer[l + 1][i] : SS_MAP_FAR;
-    const float least = given > 0 ? host : (float)CAP * (across + up);
-    const float most = given > 0 ? host : (float)CAP * (fmaxf(across, one) + fmaxf(up, one));
-    const float half = next == SS_MAP_FAR ? least : (next - h) / 2;
-    const float away = half < least ? least : half < most ? half : most;
-    return h + away + SS_MAP_ALIKE * (fabsf(h) + one);
-}
-
-static softshadow_status write_rows(void *ctx, uint64_t begin, uint64_t end) {
-    const peeling *p = ctx;
+static softshadow_status weave_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const weaving *w = ctx;
+    const uint32_t side = w->midpoints.side, layers = w->back->layers;
+    float *compared = ss_alloc_any((size_t)side * layers, sizeof *compared);
+    const float *channel[2 * SS_MOST_LAYERS];
+    if (!compared) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
     for (uint64_t y = begin; y < end; y++) {
-        for (uint32_t x = 0; x < p->side; x++) {
-            const size_t i = y * p->side + x;
-            float *texel = p->texels + i * 2 * p->layers;
-            for (uint32_t l = 0; l < p->layers; l++) {
-                texel[l] = p->layer[l][i];
-                texel[p->layers + l] = compared(p, x, (uint32_t)y, l);
-            }
+        for (uint32_t l = 0; l < layers; l++) {
+            ss_midpoints of = w->midpoints;
+            of.layer = w->layer[l], of.next = l + 1 < layers ? w->layer[l + 1] : NULL;
+            ss_midpoints_row(&of, (uint32_t)y, compared + l * side);
+            channel[l] = w->layer[l] + y * side, channel[layers + l] = compared + l * side;
         }
+        ss_light_maps_weave(channel, 2 * layers, side, w->texels + y * side * 2 * layers);
     }
+    ss_free(compared);
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status peel_face(const ss_stage *stage, back_state *back, uint32_t face) {
-    const uint32_t side = back->lamps.maps.frames.resolution, layers = back->layers;
-    const size_t n = (size_t)side * side;
-    peeling p = {.stage = stage,
-                 .frame = &back->lamps.maps.frames.face[face],
-                 .side = side,
-                 .layers = layers,
-                 .layer = {back->lamps.maps.depth + face * n},
-                 .texels = back->lamps.maps.plane + face * n * 2 * layers};
-    float *scratch = ss_alloc_any(layers, n * sizeof *scratch); /* where to peel; layers but one */
-    softshadow_status status = SOFTSHADOW_OK;
-    if (!scratch) {
-        status =
-            ss_fail(SOFTSHADOW_E_MEMORY, "build.layers: out of memory for %u of %u x %u texels",
-                    layers, side, side);
-    }
-    for (uint32_t l = 1; l < layers && !status; l++) {
-        p.layer[l] = scratch + l * n;
-        status =
-            ss_light_maps_next(stage, p.frame, side, p.layer[l - 1], scratch, scratch + l * n);
-    }
-    if (!status) status = ss_parallel_for(stage->pool, side, 16, write_rows, &p);
-    ss_free(scratch);
-    return status;
+static softshadow_status weave_face(const ss_stage *stage, const back_state *back, uint32_t face) {
+    const ss_light_maps *maps = &back->lamps.maps;
+    const uint32_t side = maps->frames.resolution;
+    weaving w = {.back = back,
+                 .midpoints = ss_midpoints_of(stage, &maps->frames.face[face], side),
+                 .texels = maps->plane + (size_t)face * side * side * 2 * back->layers};
+    for (uint32_t l = 0; l < back->layers; l++) w.layer[l] = ss_light_maps_layer(maps, face, l);
+    return ss_parallel_for(stage->pool, side, 16, weave_rows, &w);
 }
 
 /* ---- building -------------------------------------------------------------------------------- */
@@ -140,6 +91,7 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {.state_size = sizeof(back_state),
                                      .slope_texels = 1,
                                      .bare = !stage->light->point,
+                                     .below = stage->light->point ? 0 : stage->params->layers - 1,
                                      .margin = true};
     softshadow_status status = ss_lamp_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;
@@ -151,8 +103,9 @@ static softshadow_status build(const ss_stage *stage, void **state) {
     if (count) status = ss_light_maps_add_any(maps, "layers", 2 * back->layers, answer);
     name_channels(back);
     for (uint32_t face = 0; face < count && !status; face++) {
-        status = peel_face(stage, back, face);
+        status = weave_face(stage, back, face);
     }
+    ss_light_maps_drop_layers(maps);
     if (status) ss_lamp_maps_destroy(back), *state = NULL;
     return status;
 }

@@ -23,6 +23,17 @@ static void bias_depth(ss_light_maps *maps, uint32_t face, double length) {
     }
 }
 
+const float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer) {
+    const size_t n = maps->texels / maps->frames.count;
+    if (layer == 0) return maps->depth + face * n;
+    return maps->below + (layer - 1) * maps->texels + face * n;
+}
+
+void ss_light_maps_drop_layers(ss_light_maps *maps) {
+    ss_free(maps->below);
+    maps->below = NULL;
+}
+
 static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_wish *wish,
                                     ss_light_maps *maps, uint8_t *held) {
     const double bias = stage->params->depth_bias * stage->world->scale;
@@ -37,9 +48,12 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
             .deepest = frame->far_h,
             .held = held,
         };
-        float *plane = maps->depth + face * (maps->texels / maps->frames.count);
+        float *layer[SS_MOST_LAYERS];
+        for (uint32_t l = 0; l <= wish->below; l++)
+            layer[l] = (float *)ss_light_maps_layer(maps, face, l);
         const double start = ss_clock();
-        const softshadow_status status = stage->raster->depth(&casters, plane, stage->pool);
+        const softshadow_status status =
+            stage->raster->depth(&casters, layer, wish->below + 1, stage->pool);
         stage->spent->depth += ss_clock() - start;
         if (status) return status;
         if (bias > 0 && !wish->bare) bias_depth(maps, face, bias);
@@ -64,7 +78,8 @@ static softshadow_status build_maps(const ss_stage *stage, const ss_light_maps_w
     maps->texels = (size_t)params->resolution * params->resolution * maps->frames.count;
     maps->depth = ss_alloc_any(maps->texels, sizeof *maps->depth);
     uint8_t *held = ss_alloc(stage->world->triangle_count, 1);
-    if (!maps->depth || !held) status = no_memory(maps);
+    if (wish->below) maps->below = ss_alloc_any(maps->texels * wish->below, sizeof *maps->below);
+    if (!maps->depth || !held || (wish->below && !maps->below)) status = no_memory(maps);
     if (!status) status = draw_depth(stage, wish, maps, held);
     maps->culled = stage->world->triangle_count;
     for (size_t t = 0; held && t < stage->world->triangle_count; t++) maps->culled -= held[t];
@@ -108,34 +123,17 @@ softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, u
                       ss_alloc_any(maps->texels, channels * sizeof *maps->plane));
 }
 
-typedef struct starting {
-    const float *layer;
-    float *above;
-    uint32_t side;
-    _Atomic bool any; /* does it hold something? */
-} starting;
-
-static softshadow_status start_rows(void *ctx, uint64_t begin, uint64_t end) {
-    starting *s = ctx;
-    bool any = false;
-    for (size_t i = begin * s->side; i < end * s->side; i++) {
-        s->above[i] = ss_map_below(s->layer[i]);
-        any |= s->layer[i] != SS_MAP_FAR;
+void ss_light_maps_weave(const float *const channel[], uint32_t channels, uint32_t n,
+                         float *texels) {
+    uint32_t x = 0;
+    for (; x + 4 <= n && channels == 4; x += 4) {
+        ss_floats t[4];
+        for (int c = 0; c < 4; c++) t[c] = ss_floats_load(channel[c] + x);
+        ss_floats_turn(&t[0], &t[1], &t[2], &t[3]);
+        for (uint32_t i = 0; i < 4; i++) ss_floats_store(texels + 4 * (x + i), t[i]);
     }
-    if (any) s->any = true;
-    return SOFTSHADOW_OK;
-}
-
-softshadow_status ss_light_maps_next(const ss_stage *stage, const ss_frame *frame, uint32_t side,
-                                     const float *layer, float *above, float *next) {
-    const ss_raster_casters casters = {
-        .world = stage->world, .frame = frame, .resolution = side, .deepest = frame->far_h};
-    starting s = {layer, above, side, false};
-    const softshadow_status status = ss_parallel_for(stage->pool, side, 16, start_rows, &s);
-    if (status) return status;
-    if (s.any) return stage->raster->peel(&casters, above, next, stage->pool);
-    memcpy(next, layer, (size_t)side * side * sizeof *next);
-    return SOFTSHADOW_OK;
+    for (; x < n; x++)
+        for (uint32_t c = 0; c < channels; c++) texels[x * channels + c] = channel[c][x];
 }
 
 softshadow_status ss_light_maps_add_lit(ss_light_maps *maps) {
@@ -162,6 +160,7 @@ void ss_light_maps_destroy(void *state) {
     ss_light_maps *maps = state;
     if (!maps) return;
     ss_free(maps->depth);
+    ss_free(maps->below);
     ss_free(maps->plane);
     ss_free(maps->lit);
     ss_free(maps->packed);

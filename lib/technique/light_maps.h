@@ -11,12 +11,6 @@
 #include "raster/raster.h"
 #include "technique/technique.h"
 
-/* Relative: depths within eight units in the last place are one surface. */
-#define SS_MAP_ALIKE 0x1p-21f
-/* Of a layer, where the next begins. */
-static inline float ss_map_below(float h) {
-    return h == SS_MAP_FAR ? h : h + SS_MAP_ALIKE * fabsf(h);
-}
 /* The steepest surface, in h per unit of X, that a bias follows: 86 degrees. Steeper ones receive
  * less than 7 % of the light and are below their own horizon for part of it. */
 #define SS_MAP_STEEPEST 16.0
@@ -38,6 +32,7 @@ struct ss_light_maps {
     const ss_world *world;
     size_t texels; /* of all faces */
     float *depth;  /* the hard shadow's: nearest h, biased */
+    float *below;  /* what lies below that, all faces' second layers first; NULL: nobody asked */
     float *plane;  /* the technique's own, `channels` numbers a texel; NULL: none */
     uint32_t channels;
     /* A tile of SS_RASTER_TILE texels squared: nothing before this depth is less than lit by what
@@ -58,6 +53,7 @@ typedef struct ss_light_maps_wish {
     double slope_texels;  /* how far from a texel's centre it is looked at, along each axis; half as
                              much again where the surface next to it may be steeper */
     bool bare;            /* depths as they are: the technique has its own way against acne */
+    uint32_t below;       /* so many layers below the first, of bare ones */
     bool margin;          /* does it look beyond the point's own place by penumbra widths? */
     ss_falloff_paper paper;
 } ss_light_maps_wish;
@@ -72,10 +68,13 @@ softshadow_status ss_light_maps_add_plane(ss_light_maps *maps, const char *name,
 softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, uint32_t channels,
                                         ss_light_maps_answer *answer);
 
-/* The next surface of each texel, given one without any bias; FAR where there is none. `above`, as
- * large, is scratch. */
-softshadow_status ss_light_maps_next(const ss_stage *stage, const ss_frame *frame, uint32_t side,
-                                     const float *layer, float *above, float *next);
+/* Of a face, layer 0 to wish->below, while the state is built; drop them then. */
+const float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer);
+void ss_light_maps_drop_layers(ss_light_maps *maps);
+
+/* Channels' rows of n numbers, woven into texels. */
+void ss_light_maps_weave(const float *const channel[], uint32_t channels, uint32_t n,
+                         float *texels);
 
 /* The table `lit`, of which nothing is known yet; who draws tiles writes what it knows. Then
  * finish: a place between texels may reach into the tiles after its own. */

@@ -257,7 +257,7 @@ static void settle(const spreading *s) {
 static softshadow_status draw_bare(const ss_stage *stage, const ss_limit_face *face, float *plane) {
     const ss_raster_casters casters = {.world = stage->world, .frame = face->frame,
                                        .resolution = face->side, .deepest = face->frame->far_h};
-    return stage->raster->depth(&casters, plane, stage->pool);
+    return stage->raster->depth(&casters, &plane, 1, stage->pool);
 }
 
 static bool find_edges(spreading *s) {

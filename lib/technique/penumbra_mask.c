@@ -16,7 +16,7 @@
  * - What is in no volume takes no tap: there the shadow map alone knows. In the thesis all that
  *   fails the depth test is filtered; beyond the volumes it finds nothing.
  * - Against acne the midpoint between the two nearest surfaces ([Woo92]), which the thesis wished
- *   for; no nearer than the surface's own slope over 1.5 texels, no farther than 45 degrees there.
+ *   for: see midpoint.h.
  * - The jitter is a function of the point's place in the map and the seed. */
 #include <math.h>
 
@@ -27,6 +27,7 @@
 #include "technique/lamp_ask.h"
 #include "technique/light_maps.h"
 #include "technique/map_techniques.h"
+#include "technique/midpoint.h"
 #include "technique/offers.h"
 #include "technique/parts.h"
 #include "technique/rim.h"
@@ -38,7 +39,6 @@ enum { MASK_SURFACE, MASK_COMPARED, MASK_VOLUME, MASK_EDGE, MASK_CHANNELS };
 
 #define WIDER    1.25 /* volumes than half a penumbra: "to account for sampling errors" (5.1) */
 #define RAISE    2    /* and texels on top */
-#define CAP      1.5  /* texels: as the hard shadow's slope */
 #define NEAR     4 /* h per unit of X: so steep a surface, 76 degrees, still goes on */
 #define AROUND   2        /* edge depths are averaged over 2 * AROUND + 1 places along each axis */
 #define BLUR     12       /* n_blur of 5.5 */
@@ -165,77 +165,49 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
 
 /* ---- what shadows ---------------------------------------------------------------------------- */
 
-typedef struct comparing {
+typedef struct weaving {
+    ss_midpoints midpoints;
     float *texels;
-    const float *first; /* surface, and what lies below it */
-    const float *second;
-    uint32_t side;
-    float one;   /* a texel's size */
-    float given; /* the host's bias, a length; 0: none */
-    const ss_frame *frame;
-} comparing;
+} weaving;
 
-/* How much h changes towards the neighbours; what changes faster than SS_MAP_STEEPEST is another
- * surface. */
-static float slope_along(const comparing *c, const float *at, bool before, bool after,
-                         size_t step) {
-    float slope = -1;
-    for (int side = -1; side <= 1; side += 2) {
-        if (!(side < 0 ? before : after)) continue;
-        const float change = fabsf((side < 0 ? at[-(ptrdiff_t)step] : at[step]) - *at);
-        if (change <= (float)SS_MAP_STEEPEST * c->one && change > slope) slope = change;
-    }
-    return slope < 0 ? c->one : slope; /* alone, as in a hair: 45 degrees */
-}
-
-static float compared(const comparing *c, uint32_t x, uint32_t y) {
-    const uint32_t last = c->side - 1;
-    const float *at = c->first + (size_t)y * c->side + x;
-    const float h = *at, second = c->second[(size_t)y * c->side + x];
-    if (h == SS_MAP_FAR) return h;
-    if (c->given > 0) return h + (float)ss_frame_step(c->frame, h, c->given);
-    const float across = slope_along(c, at, x > 0, x < last, 1);
-    const float up = slope_along(c, at, y > 0, y < last, c->side);
-    const float least = (float)CAP * (across + up);
-    const float most = (float)CAP * (fmaxf(across, c->one) + fmaxf(up, c->one));
-    const float half = second == SS_MAP_FAR ? least : (second - h) / 2;
-    return h + fminf(fmaxf(half, least), most) + SS_MAP_ALIKE * (fabsf(h) + c->one);
-}
-
-static softshadow_status compare_rows(void *ctx, uint64_t begin, uint64_t end) {
-    const comparing *c = ctx;
+/* The volumes are still to come. */
+static softshadow_status weave_rows(void *ctx, uint64_t begin, uint64_t end) {
+    const weaving *w = ctx;
+    const uint32_t side = w->midpoints.side;
+    float *row = ss_alloc(3 * (size_t)side, sizeof *row);
+    if (!row) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory for a row of a map");
+    float *compared = row, *volume = row + side, *edge = volume + side;
+    for (uint32_t x = 0; x < side; x++) volume[x] = SS_MAP_FAR;
     for (uint64_t y = begin; y < end; y++) {
-        for (uint32_t x = 0; x < c->side; x++) {
-            float *texel = c->texels + (y * c->side + x) * MASK_CHANNELS;
-            texel[MASK_SURFACE] = c->first[y * c->side + x];
-            texel[MASK_COMPARED] = compared(c, x, (uint32_t)y);
-            texel[MASK_VOLUME] = SS_MAP_FAR, texel[MASK_EDGE] = 0;
-        }
+        const float *channel[MASK_CHANNELS] = {[MASK_SURFACE] = w->midpoints.layer + y * side,
+                                               [MASK_COMPARED] = compared,
+                                               [MASK_VOLUME] = volume,
+                                               [MASK_EDGE] = edge};
+        ss_midpoints_row(&w->midpoints, (uint32_t)y, compared);
+        ss_light_maps_weave(channel, MASK_CHANNELS, side, w->texels + y * side * MASK_CHANNELS);
     }
+    ss_free(row);
     return SOFTSHADOW_OK;
 }
 
 /* ---- building -------------------------------------------------------------------------------- */
 
 static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uint32_t face,
-                                    const ss_silhouette *found, float *scratch) {
+                                    const ss_silhouette *found) {
     const ss_light_maps *maps = &mask->maps;
     const ss_frame *frame = &maps->frames.face[face];
     const uint32_t side = maps->frames.resolution;
-    const size_t n = (size_t)side * side;
-    float *texels = maps->plane + face * n * MASK_CHANNELS;
-    const float *depth = maps->depth + face * n;
-    softshadow_status status =
-        ss_light_maps_next(stage, frame, side, depth, scratch, scratch + n);
-    comparing c = {texels, depth, scratch + n, side, (float)frame->texel,
-                   (float)(stage->params->depth_bias * stage->world->scale), frame};
-    if (!status) status = ss_parallel_for(stage->pool, side, 16, compare_rows, &c);
+    float *texels = maps->plane + (size_t)face * side * side * MASK_CHANNELS;
+    weaving w = {ss_midpoints_of(stage, frame, side), texels};
+    w.midpoints.layer = ss_light_maps_layer(maps, face, 0);
+    w.midpoints.next = ss_light_maps_layer(maps, face, 1);
     masking m = {.frame = frame,
-                 .depth = depth,
+                 .depth = w.midpoints.layer,
                  .texels = texels,
                  .side = side,
                  .per_texel = (float)(1 / (WIDER * ss_frame_rate(frame)))};
     m.near = fminf(m.per_texel, (float)(NEAR * frame->texel));
+    softshadow_status status = ss_parallel_for(stage->pool, side, 16, weave_rows, &w);
     if (!status) status = draw_mask(stage, &m, found);
     ss_lamp_make(&mask->lamp[face], stage->light, frame);
     return status;
@@ -245,20 +217,16 @@ static ss_light_maps_answer answer;
 
 static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
     ss_light_maps *maps = &mask->maps;
-    const size_t n = maps->texels / maps->frames.count;
     ss_silhouette found;
     softshadow_status status = ss_rim_find(stage, &found);
     if (status) return status;
     maps->silhouette_edges = found.count;
-    float *scratch = found.count ? ss_alloc_any(n, 2 * sizeof *scratch) : NULL;
     if (found.count) status = ss_light_maps_add_any(maps, "penumbra-mask", MASK_CHANNELS, answer);
     maps->channel_names = "surface,compared,volume,edge";
-    if (!status && found.count && !scratch)
-        status = ss_fail(SOFTSHADOW_E_MEMORY, "build.resolution: out of memory for two maps");
     for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
-        status = build_face(stage, mask, face, &found, scratch);
+        status = build_face(stage, mask, face, &found);
     }
-    ss_free(scratch);
+    ss_light_maps_drop_layers(maps);
     ss_silhouette_free(&found);
     return status;
 }
@@ -268,6 +236,7 @@ static softshadow_status build_part(const ss_stage *stage, void **state) {
     const ss_light_maps_wish wish = {.state_size = sizeof(mask_state),
                                      .slope_texels = 1.5,
                                      .bare = !stage->light->point,
+                                     .below = !stage->light->point,
                                      .margin = true};
     softshadow_status status = ss_light_maps_build(stage, &wish, state);
     if (status || stage->light->point) return status;

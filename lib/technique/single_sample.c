@@ -31,8 +31,7 @@
 
 typedef struct widths {
     float *depth, *second;       /* of this face, unbiased first surface, and what lies below it */
-    float *square;               /* first what to peel off, then the squared distance to the
-                                    closest illuminated texel */
+    float *square;               /* of the distance to the closest illuminated texel */
     const float *biased;         /* of the hard shadow */
     float *texels;               /* of this face */
     uint32_t side;
@@ -126,9 +125,8 @@ static softshadow_status two_layers(const ss_stage *stage, const ss_frame *frame
                                     const widths *w) {
     const ss_raster_casters casters = {
         .world = stage->world, .frame = frame, .resolution = w->side, .deepest = frame->far_h};
-    const softshadow_status status = stage->raster->depth(&casters, w->depth, stage->pool);
-    if (status) return status;
-    return ss_light_maps_next(stage, frame, w->side, w->depth, w->square, w->second);
+    float *const layer[] = {w->depth, w->second};
+    return stage->raster->depth(&casters, layer, 2, stage->pool);
 }
 
 static softshadow_status measure(const ss_stage *stage, ss_light_maps *maps, uint32_t face,

@@ -140,8 +140,9 @@ static void test_watertight(void **state) {
 
 /* ---- depth ---------------------------------------------------------------------------------- */
 
-/* The nearest h along the ray through a map position, one triangle after the other. */
-static double cast(const ss_world *w, const ss_frame *f, double column, double row) {
+/* The nearest h below `above` along the ray through a map position, one triangle after the
+ * other. */
+static double cast(const ss_world *w, const ss_frame *f, double column, double row, double above) {
     const double X = f->low[0] + column * f->texel, Y = f->low[1] + row * f->texel;
     double best = SS_MAP_FAR;
     for (size_t t = 0; t < w->triangle_count; t++) {
@@ -167,41 +168,64 @@ static double cast(const ss_world *w, const ss_frame *f, double column, double r
             if (weight[i] / area < 0) seen = false;
             h += weight[i] / area * c[i][2] / (1 + c[i][2] * f->inverse);
         }
-        if (seen) best = fmin(best, h);
+        if (seen && h > above) best = fmin(best, h);
     }
     return best;
+}
+
+enum { LAYERS = 3 };
+
+/* Layers as they are, drawn one after the other: each below the one before. */
+static void check_layers(const ss_raster_casters *casters, float *const layer[LAYERS],
+                         ss_pool *pool) {
+    const size_t texels = (size_t)casters->resolution * casters->resolution;
+    float *above = ss_alloc(texels, sizeof *above), *next = ss_alloc(texels, sizeof *next);
+    for (size_t i = 0; i < texels; i++) above[i] = -SS_MAP_FAR;
+    for (int l = 0; l < LAYERS; l++) {
+        assert_int_equal(ss_raster_cpu.peel(casters, above, next, pool), SOFTSHADOW_OK);
+        assert_memory_equal(next, layer[l], texels * sizeof *next);
+        for (size_t i = 0; i < texels; i++) above[i] = ss_map_below(next[i]);
+    }
+    ss_free(above), ss_free(next);
 }
 
 static void check_depth(const scene *b, uint32_t resolution) {
     const ss_frames frames = fit(b, resolution, NULL, false);
     assert_true(frames.count > 0);
     const size_t texels = (size_t)resolution * resolution;
-    float *first = ss_alloc(texels, sizeof *first), *plane = ss_alloc(texels, sizeof *plane);
-    float *second = ss_alloc(texels, sizeof *second);
-    size_t off = 0, covered = 0;
+    float *planes = ss_alloc(2 * LAYERS * texels, sizeof *planes), *layer[LAYERS], *other[LAYERS];
+    for (size_t l = 0; l < LAYERS; l++)
+        layer[l] = planes + l * texels, other[l] = planes + (LAYERS + l) * texels;
+    size_t off[2] = {0}, covered[2] = {0};
     for (uint32_t face = 0; face < frames.count; face++) {
         const ss_raster_casters casters = {.world = b->world, .frame = &frames.face[face],
                                            .resolution = resolution, .deepest = SS_MAP_FAR};
         for (uint32_t threads = 1; threads <= 7; threads += 3) {
             ss_pool *pool = test_pool(threads);
-            float *into = threads == 1 ? first : plane;
-            assert_int_equal(ss_raster_cpu.depth(&casters, into, pool), SOFTSHADOW_OK);
-            if (threads > 1) assert_memory_equal(plane, first, texels * sizeof *plane);
-            assert_int_equal(ss_raster_cpu.peel(&casters, first, second, pool), SOFTSHADOW_OK);
+            float *const *into = threads == 1 ? layer : other;
+            for (uint32_t count = 1; count <= LAYERS; count++) {
+                assert_int_equal(ss_raster_cpu.depth(&casters, into, count, pool), SOFTSHADOW_OK);
+                assert_memory_equal(into[0], layer[0], count * texels * sizeof *planes);
+            }
+            check_layers(&casters, into, pool);
             ss_pool_destroy(pool);
         }
         for (size_t i = 0; i < texels; i++) {
-            const double truth =
-                cast(b->world, &frames.face[face], i % resolution + .5, i / resolution + .5);
-            covered += first[i] < SS_MAP_FAR;
-            assert_true(second[i] > first[i] || first[i] == SS_MAP_FAR);
-            /* steep faces move by their slope times the snapping of 1/512 texel */
-            if (fabs(truth - first[i]) > 1e-3 * (1 + fabs(truth))) off++;
+            double above = -INFINITY;
+            for (int l = 0; l < 2 && above < SS_MAP_FAR; l++) {
+                const double truth = cast(b->world, &frames.face[face], i % resolution + .5,
+                                          i / resolution + .5, above);
+                covered[l] += layer[l][i] < SS_MAP_FAR;
+                /* steep faces move by their slope times the snapping of 1/512 texel */
+                if (fabs(truth - layer[l][i]) > 1e-3 * (1 + fabs(truth))) off[l]++;
+                above = truth + 1e-6 * (1 + fabs(truth));
+            }
         }
     }
-    assert_true(covered > 100);
-    assert_true(off * 200 < covered); /* a rim of texels whose centre is within the snapping */
-    ss_free(first), ss_free(plane), ss_free(second);
+    assert_true(covered[0] > 100);
+    for (int l = 0; l < 2; l++) /* but a rim of texels within the snapping */
+        assert_true(off[l] * 100 <= covered[l]);
+    ss_free(planes);
 }
 
 static void test_depth(void **state) {
@@ -215,6 +239,45 @@ static void test_depth(void **state) {
         drop(&b);
     }
     shape_free(&s);
+}
+
+/* Sheets so near to each other that floats hardly tell, in any order: what counts as one layer
+ * depends on depths alone. */
+static void test_alike(void **state) {
+    (void)state;
+    enum { SHEETS = 7, SIDE = 16 };
+    const softshadow_light light = sphere_at(0, 0, 9, .1);
+    ss_pool *pool = test_pool(1);
+    size_t alike = 0;
+    for (int trial = 0; trial < 300; trial++) {
+        double corner[3 * SHEETS + 3][3] = {{-3, -3, -3}, {-3.1, -3, -3}, {-3, -3.1, -3}};
+        uint32_t index[SHEETS + 1][3] = {{0, 1, 2}};
+        float planes[LAYERS][SIDE * SIDE], *layer[LAYERS];
+        for (uint32_t i = 0; i < SHEETS; i++) {
+            const double z = 2 + floor(12 * uniform()) * 0x1p-22;
+            for (uint32_t k = 0; k < 3; k++) {
+                const uint32_t at = 3 * i + 3 + k;
+                index[i + 1][k] = at, corner[at][2] = z;
+                corner[at][0] = k == 1 ? 3 : -3, corner[at][1] = k == 2 ? 3 : -3;
+            }
+        }
+        shape s = shape_of((const double(*)[3])corner, 3 * SHEETS + 3,
+                           (const uint32_t(*)[3])index, SHEETS + 1);
+        scene b = make(&s, &light);
+        const ss_frames frames = fit(&b, SIDE, NULL, false);
+        const ss_raster_casters casters = {.world = b.world, .frame = &frames.face[0],
+                                           .resolution = SIDE, .deepest = SS_MAP_FAR};
+        for (int l = 0; l < LAYERS; l++) layer[l] = planes[l];
+        assert_int_equal(ss_raster_cpu.depth(&casters, layer, LAYERS, pool), SOFTSHADOW_OK);
+        check_layers(&casters, layer, pool);
+        bool three = false;
+        for (int i = 0; i < SIDE * SIDE; i++) three |= planes[2][i] < SS_MAP_FAR;
+        alike += !three;
+        drop(&b);
+        shape_free(&s);
+    }
+    assert_true(alike > 30 && alike < 270); /* it is a test of both */
+    ss_pool_destroy(pool);
 }
 
 /* ---- holes ---------------------------------------------------------------------------------- */
@@ -263,7 +326,7 @@ static void check_holes(const double corner[3][3]) {
     const ss_raster_casters casters = {.world = b.world, .frame = &frames.face[0],
                                        .resolution = SIDE, .deepest = SS_MAP_FAR};
     ss_pool *pool = test_pool(2);
-    assert_int_equal(ss_raster_cpu.depth(&casters, plane, pool), SOFTSHADOW_OK);
+    assert_int_equal(ss_raster_cpu.depth(&casters, (float *[]){plane}, 1, pool), SOFTSHADOW_OK);
     ss_pool_destroy(pool);
     int dark = 0, holes = 0, off = 0;
     for (int i = 0; i < SIDE * SIDE; i++) {
@@ -367,7 +430,7 @@ static void test_speed(void **state) {
         double best = 1e9;
         for (int i = 0; i < 5; i++) {
             const double start = ss_clock();
-            assert_int_equal(ss_raster_cpu.depth(&casters, plane, pool), SOFTSHADOW_OK);
+            assert_int_equal(ss_raster_cpu.depth(&casters, &plane, 1, pool), SOFTSHADOW_OK);
             best = fmin(best, ss_clock() - start);
         }
         print_message("%zu triangles at 1024^2 on %u threads: %.1f ms\n", s.triangle_count, threads,
@@ -382,6 +445,7 @@ static void test_speed(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_watertight), cmocka_unit_test(test_depth),
+        cmocka_unit_test(test_alike),
         cmocka_unit_test(test_faces),      cmocka_unit_test(test_looks),
         cmocka_unit_test(test_speed),      cmocka_unit_test(test_holes),
     };

@@ -17,8 +17,9 @@ typedef struct drawing {
     const ss_raster_casters *asked;
     ss_casters casters;
     ss_bins bins;
-    const float *above;
-    float *plane;
+    float *const *layer;
+    uint32_t layers;
+    const float *above; /* of layer 0; or NULL */
     float most_bias; /* a little more than any triangle's */
     bool plain;      /* are triangles set up by the register? */
 } drawing;
@@ -72,31 +73,27 @@ static void caster_spans(const void *ctx, size_t begin, size_t end, ss_bin_span 
     }
 }
 
-static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3], int32_t first,
-                      int32_t last) {
+static void draw_part(const drawing *d, size_t t, const ss_scan_corner corner[3],
+                      const ss_scan_rows *to) {
     const ss_raster_casters *c = d->asked;
     ss_scan scan;
     if (!ss_scan_snap(&scan, corner, c->resolution)) return;
-    if (scan.last_y < first || scan.first_y > last) return;
+    if (scan.last_y < to->first || scan.first_y > to->last) return;
     if (ss_casters_turned(&d->casters, &scan)) return;
     ss_scan_gradients(&scan, corner, 1);
     const float bias = ss_casters_bias(&d->casters, &scan);
     if (ss_caster_has_holes(c->world, t)) {
         ss_caster_holes h = {c->world, c->frame, (uint32_t)t, corner};
-        ss_scan_masked(&scan, first, last, c->resolution, bias, d->above, d->plane,
-                       ss_caster_opaque_at, &h);
-    } else if (d->above) {
-        ss_scan_peel(&scan, first, last, c->resolution, bias, d->above, d->plane);
+        ss_scan_masked(&scan, to, bias, ss_caster_opaque_at, &h);
     } else {
-        ss_scan_depth(&scan, first, last, c->resolution, bias, d->plane);
+        ss_scan_depth(&scan, to, bias);
     }
 }
 
 /* A small triangle that nothing cuts and nothing pierces; false: it is another one. With `later`
  * what turns its back to the light is not drawn but told: most of it is hidden by what is drawn
  * first. */
-static inline bool draw_small(const drawing *d, size_t t, int32_t first, int32_t last,
-                              bool *later) {
+static inline bool draw_small(const drawing *d, size_t t, const ss_scan_rows *to, bool *later) {
     const ss_raster_casters *c = d->asked;
     ss_caster_plain plain;
     ss_scan scan;
@@ -110,25 +107,23 @@ static inline bool draw_small(const drawing *d, size_t t, int32_t first, int32_t
         return true;
     }
     const float least = least3(plain.h), most = most3(plain.h) + d->most_bias; /* of what is stored */
-    if (ss_scan_hidden(&scan, first, last, c->resolution, least, most, d->above, d->plane))
-        return true;
+    if (ss_scan_hidden(&scan, to, least, most)) return true;
     const double x[3] = {plain.x[0], plain.x[1], plain.x[2]},
                  y[3] = {plain.y[0], plain.y[1], plain.y[2]},
                  h[3] = {plain.h[0], plain.h[1], plain.h[2]};
     const ss_scan_plane plane = ss_scan_plane_of(&scan, x, y);
     ss_scan_gradient(&scan, &plane, 0, h);
-    ss_scan_small(&scan, first, last, c->resolution, ss_casters_bias(&d->casters, &scan), d->above,
-                  d->plane);
+    ss_scan_small(&scan, to, ss_casters_bias(&d->casters, &scan));
     return true;
 }
 
-static void draw_caster(const drawing *d, size_t t, int32_t first, int32_t last, bool *later) {
-    if (!d->asked->world->any_opacity && draw_small(d, t, first, last, later)) return;
+static void draw_caster(const drawing *d, size_t t, const ss_scan_rows *to, bool *later) {
+    if (!d->asked->world->any_opacity && draw_small(d, t, to, later)) return;
     ss_scan_corner corner[SS_CLIP_MOST];
     const int count = ss_casters_corners(&d->casters, t, corner);
     for (int k = 2; k < count; k++) {
         const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
-        draw_part(d, t, part, first, last);
+        draw_part(d, t, part, to);
     }
 }
 
@@ -139,55 +134,89 @@ static void clear(float *plane, size_t n) {
     for (; i < n; i++) plane[i] = SS_MAP_FAR;
 }
 
-/* The nearest of all stays, whatever the order: those drawn later replace their band's items. */
+static void draw_all(const drawing *d, const uint32_t *item, uint32_t count,
+                     const ss_scan_rows *to) {
+    for (uint32_t i = 0; i < count; i++) draw_caster(d, item[i], to, NULL);
+}
+
+/* What turns its back to the light comes to the front of the list, and is drawn last. */
+static void draw_nearest(const drawing *d, uint32_t *item, uint32_t count, const ss_scan_rows *to) {
+    uint32_t turned = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t t = item[i] & ~SS_BIN_MARK;
+        bool later = item[i] & SS_BIN_MARK;
+        if (!later) draw_caster(d, t, to, &later);
+        item[i] = later ? item[turned] : t;
+        if (later) item[turned++] = t;
+    }
+    draw_all(d, item, turned, to);
+}
+
+/* From one layer on two in one pass, where there are as many; gives how many. The nearest of all
+ * stays, whatever the order. */
+static uint32_t draw_layers(const drawing *d, uint32_t l, uint32_t *item, uint32_t count,
+                            ss_scan_rows *to) {
+    const size_t n = d->asked->resolution, first = (size_t)to->first * n,
+                 texels = (size_t)(to->last - to->first + 1) * n;
+    bool doubt = false;
+    to->doubt = &doubt;
+    to->plane = d->layer[l], to->second = l + 1 < d->layers ? d->layer[l + 1] : NULL;
+    clear(to->plane + first, texels);
+    if (to->second) clear(to->second + first, texels);
+    if (l == 0) draw_nearest(d, item, count, to);
+    else draw_all(d, item, count, to);
+    return to->second && !doubt ? 2 : 1;
+}
+
+static void draw_band(const drawing *d, uint32_t band) {
+    const uint32_t n = d->asked->resolution;
+    const int32_t first = (int32_t)band * SS_BAND;
+    ss_scan_rows to = {.first = first,
+                       .last = first + SS_BAND < (int32_t)n ? first + SS_BAND - 1 : (int32_t)n - 1,
+                       .resolution = n,
+                       .above = d->above,
+                       .alike = d->above ? 0 : SS_MAP_ALIKE};
+    uint32_t *item = d->bins.item + d->bins.first[band];
+    const uint32_t count = d->bins.first[band + 1] - d->bins.first[band];
+    for (uint32_t l = 0; l < d->layers;) {
+        if (l > 0) to.above = d->layer[l - 1];
+        l += draw_layers(d, l, item, count, &to);
+    }
+}
+
 static softshadow_status draw_bands(void *ctx, uint64_t begin, uint64_t end) {
     const drawing *d = ctx;
-    const uint32_t n = d->asked->resolution;
-    for (uint64_t turn = begin; turn < end; turn++) {
-        const uint32_t band = d->bins.order[turn];
-        const int32_t first = (int32_t)band * SS_BAND;
-        const int32_t last = first + SS_BAND < (int32_t)n ? first + SS_BAND - 1 : (int32_t)n - 1;
-        float *row = d->plane + (size_t)first * n;
-        clear(row, (size_t)(last - first + 1) * n);
-        uint32_t *item = d->bins.item + d->bins.first[band];
-        const uint32_t count = d->bins.first[band + 1] - d->bins.first[band];
-        uint32_t left = 0;
-        for (uint32_t i = 0; i < count; i++) {
-            const uint32_t t = item[i] & ~SS_BIN_MARK;
-            bool later = item[i] & SS_BIN_MARK;
-            if (!later) draw_caster(d, t, first, last, &later);
-            if (later) item[left++] = t;
-        }
-        for (uint32_t i = 0; i < left; i++) draw_caster(d, item[i], first, last, NULL);
-    }
+    for (uint64_t turn = begin; turn < end; turn++) draw_band(d, d->bins.order[turn]);
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status draw_casters(const ss_raster_casters *casters, const float *above,
-                                      float *plane, ss_pool *pool) {
-    drawing d = {.asked = casters, .above = above, .plane = plane};
-    d.most_bias =
+static softshadow_status draw_casters(drawing *d, ss_pool *pool) {
+    const ss_raster_casters *casters = d->asked;
+    d->most_bias =
         (float)(2.001 * casters->slope_texels * casters->steepest * casters->frame->texel);
-    d.plain = !casters->holes_only && casters->world->triangle_count < SS_BIN_MARK &&
-              casters->world->vertex_count < INT32_MAX / 3;
-    softshadow_status status = ss_casters_project(&d.casters, casters, pool);
+    d->plain = !casters->holes_only && casters->world->triangle_count < SS_BIN_MARK &&
+               casters->world->vertex_count < INT32_MAX / 3;
+    softshadow_status status = ss_casters_project(&d->casters, casters, pool);
     if (!status) {
-        status = ss_bins_build(&d.bins, casters->world->triangle_count, casters->resolution,
-                               caster_rows, caster_spans, &d, pool);
+        status = ss_bins_build(&d->bins, casters->world->triangle_count, casters->resolution,
+                               caster_rows, caster_spans, d, pool);
     }
-    if (!status) status = ss_parallel_for(pool, d.bins.bands, 1, draw_bands, &d);
-    ss_bins_free(&d.bins);
-    ss_casters_free(&d.casters);
+    if (!status) status = ss_parallel_for(pool, d->bins.bands, 1, draw_bands, d);
+    ss_bins_free(&d->bins);
+    ss_casters_free(&d->casters);
     return status;
 }
 
-static softshadow_status depth(const ss_raster_casters *casters, float *plane, ss_pool *pool) {
-    return draw_casters(casters, NULL, plane, pool);
+static softshadow_status depth(const ss_raster_casters *casters, float *const layer[],
+                               uint32_t layers, ss_pool *pool) {
+    drawing d = {.asked = casters, .layer = layer, .layers = layers};
+    return draw_casters(&d, pool);
 }
 
 static softshadow_status peel(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool) {
-    return draw_casters(casters, above, plane, pool);
+    drawing d = {.asked = casters, .layer = &plane, .layers = 1, .above = above};
+    return draw_casters(&d, pool);
 }
 
 /* ---- the techniques' own triangles ---------------------------------------------------------- */

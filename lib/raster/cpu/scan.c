@@ -18,15 +18,6 @@ static inline floats pick(ints mask, floats yes, floats no) {
     return (floats)((mask & (ints)yes) | (~mask & (ints)no));
 }
 
-/* Where depths go: below `above`, if that is given. */
-typedef struct walk {
-    const ss_scan *scan;
-    int32_t first_row, last_row, resolution;
-    float bias;
-    const float *above;
-    float *plane;
-} walk;
-
 static inline floats load(const float *from, int32_t n) {
     floats v = {0};
     if (n >= LANES)
@@ -43,43 +34,67 @@ static inline void store(float *to, floats v, int32_t n) {
         memcpy(to, &v, (size_t)n * sizeof *to);
 }
 
+/* Where the next layer begins. */
+static inline floats below(const ss_scan_rows *to, floats h) {
+    return h + to->alike * ss_floats_size(h);
+}
+
+/* Of two layers: what is nearer pushes the first down, where it may become the second, or be alike
+ * and vanish. */
+static inline void keep_two(const ss_scan_rows *to, size_t at, int32_t n, ints in, floats h,
+                            floats first) {
+    const floats second = load(to->second + at, n);
+    const ints nearer = in & (ints)(h < first);
+    const floats now = pick(nearer, h, first), pushed = pick(nearer, first, h);
+    const ints apart = (ints)(pushed > below(to, now));
+    store(to->plane + at, now, n);
+    store(to->second + at, pick(in & apart & (ints)(pushed < second), pushed, second), n);
+    if (ss_floats_bits(nearer & ~apart)) *to->doubt = true;
+}
+
+/* The lanes of `in` that the planes have room for: what is not nearer stays. */
+static inline void keep_depth(const ss_scan_rows *to, size_t at, int32_t n, ints in, floats h) {
+    const floats first = load(to->plane + at, n);
+    if (to->above) in &= (ints)(h > below(to, load(to->above + at, n)));
+    if (to->second) keep_two(to, at, n, in, h, first);
+    else store(to->plane + at, pick(in & (ints)(h < first), h, first), n);
+}
+
 /* Four columns of a block, from `column` on: what a row needs is added up from the row before. */
-static inline void depth_columns(const walk *w, const ss_scan_block *b, int32_t column) {
-    const ss_scan *s = w->scan;
+static inline void depth_columns(const ss_scan *s, const ss_scan_rows *to, float bias,
+                                 const ss_scan_block *b, int32_t column) {
     const ints places = column + lane_number, wanted = (ints)(places < b->width);
     const floats across =
         s->step_x[0] * __builtin_convertvector(places + (b->x - s->first_x), floats);
     const floats least_of = all_floats(s->least[0]), most_of = all_floats(s->most[0]);
-    const int32_t n = w->resolution - b->x - column; /* lanes that are not inside keep what they hold */
-    size_t at = (size_t)b->y * (size_t)w->resolution + (size_t)(b->x + column);
+    const int32_t wide = (int32_t)to->resolution;
+    const int32_t n = wide - b->x - column; /* lanes that are not inside keep what they hold */
+    size_t at = (size_t)b->y * (size_t)wide + (size_t)(b->x + column);
     ints edge[3];
     SS_UNROLL
     for (int i = 0; i < 3; i++) {
         const int32_t r = b->e[i].right;
         edge[i] = b->e[i].at + r * column + (ints){0, r, 2 * r, 3 * r};
     }
-    for (int32_t row = 0; row < b->height; row++, at += (size_t)w->resolution) {
-        ints in = ~((edge[0] | edge[1] | edge[2]) >> 31) & wanted; /* a negative value is outside */
+    for (int32_t row = 0; row < b->height; row++, at += (size_t)wide) {
+        const ints out = (edge[0] | edge[1] | edge[2]) >> 31; /* a negative value is outside */
+        const ints in = ~out & wanted;
         SS_UNROLL
         for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
         if (!ss_floats_bits(in)) continue;
         floats h = (s->start[0] + s->step_y[0] * (float)(b->y + row - s->first_y)) + across;
-        h = ss_floats_less(most_of, ss_floats_more(least_of, h)) + w->bias;
-        const floats old = load(w->plane + at, n);
-        in &= (ints)(h < old);
-        if (w->above) in &= (ints)(h > load(w->above + at, n));
-        store(w->plane + at, pick(in, h, old), n);
+        h = ss_floats_less(most_of, ss_floats_more(least_of, h)) + bias;
+        keep_depth(to, at, n, in, h);
     }
 }
 
 static int32_t least(int32_t a, int32_t b) { return a < b ? a : b; }
 static int32_t greatest(int32_t a, int32_t b) { return a > b ? a : b; }
 
-static void walk_depth(const walk *w) {
-    const ss_scan *s = w->scan;
+void ss_scan_depth(const ss_scan *s, const ss_scan_rows *to, float bias) {
     if (ss_scan_area(s) == 0) return;
-    const int32_t top = least(s->last_y, w->last_row);
-    for (int32_t y = greatest(s->first_y, w->first_row); y <= top; y += SS_BAND) {
+    const int32_t top = least(s->last_y, to->last);
+    for (int32_t y = greatest(s->first_y, to->first); y <= top; y += SS_BAND) {
         for (int32_t x = s->first_x; x <= s->last_x; x += SS_BAND) {
             ss_scan_block b = {.x = x,
                        .y = y,
@@ -87,15 +102,9 @@ static void walk_depth(const walk *w) {
                        .height = least(SS_BAND, top - y + 1)};
             if (!ss_scan_block_set(&b, s)) continue;
             for (int32_t column = 0; column < b.width; column += LANES)
-                depth_columns(w, &b, column);
+                depth_columns(s, to, bias, &b, column);
         }
     }
-}
-
-void ss_scan_depth(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
-                   float bias, float *plane) {
-    const walk w = {scan, first_row, last_row, (int32_t)resolution, bias, NULL, plane};
-    walk_depth(&w);
 }
 
 /* Corners are within 30 texels of each other: 32 bits hold all products. */
@@ -107,41 +116,35 @@ static inline void set_small_edge(ss_scan_edge *e, const ss_scan *s, int i, int 
     e->right = -dy, e->up = dx;
 }
 
-void ss_scan_small(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
-                   float bias, const float *above, float *plane) {
-    const walk w = {s, first_row, last_row, (int32_t)resolution, bias, above, plane};
+void ss_scan_small(const ss_scan *s, const ss_scan_rows *to, float bias) {
     const int64_t area = ss_scan_area(s);
-    const int32_t y = greatest(s->first_y, first_row);
+    const int32_t y = greatest(s->first_y, to->first);
     ss_scan_block b = {.x = s->first_x, .y = y, .width = s->last_x - s->first_x + 1,
-                       .height = least(s->last_y, last_row) - y + 1};
+                       .height = least(s->last_y, to->last) - y + 1};
     if (area == 0) return;
     const int second = area < 0 ? 2 : 1, third = 3 - second;
     set_small_edge(&b.e[0], s, 0, second, b.x, y);
     set_small_edge(&b.e[1], s, second, third, b.x, y);
     set_small_edge(&b.e[2], s, third, 0, b.x, y);
-    for (int32_t column = 0; column < b.width; column += LANES) depth_columns(&w, &b, column);
+    for (int32_t column = 0; column < b.width; column += LANES)
+        depth_columns(s, to, bias, &b, column);
 }
 
-bool ss_scan_hidden(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t resolution,
-                    float least_h, float most_h, const float *above, const float *plane) {
-    const int32_t bottom = greatest(s->first_y, first_row), top = least(s->last_y, last_row);
+bool ss_scan_hidden(const ss_scan *s, const ss_scan_rows *to, float least_h, float most_h) {
+    const int32_t bottom = greatest(s->first_y, to->first), top = least(s->last_y, to->last);
     const floats h = all_floats(least_h), deepest = all_floats(most_h);
+    const float *last = to->second ? to->second : to->plane;
     for (int32_t y = bottom; y <= top; y++) {
-        const size_t first = (size_t)y * resolution;
+        const size_t first = (size_t)y * to->resolution;
         for (int32_t x = s->first_x; x <= s->last_x; x += LANES) {
-            const int32_t n = (int32_t)resolution - x;
-            ints open = (ints)(h < load(plane + first + (size_t)x, n));
-            if (above) open &= (ints)(load(above + first + (size_t)x, n) < deepest);
+            const int32_t n = (int32_t)to->resolution - x;
+            ints open = (ints)(h < load(last + first + (size_t)x, n));
+            if (to->above)
+                open &= (ints)(below(to, load(to->above + first + (size_t)x, n)) < deepest);
             if (ss_floats_bits(open)) return false;
         }
     }
     return true;
-}
-
-void ss_scan_peel(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
-                  float bias, const float *above, float *plane) {
-    const walk w = {scan, first_row, last_row, (int32_t)resolution, bias, above, plane};
-    walk_depth(&w);
 }
 
 /* ---- runs ----------------------------------------------------------------------------------- */
@@ -229,28 +232,28 @@ static void weights_at(const ss_scan *s, int32_t x, int32_t y, double weight[3])
 
 typedef struct masked {
     const ss_scan *scan;
-    uint32_t resolution;
+    const ss_scan_rows *to;
     float bias;
-    const float *above;
-    float *plane;
     ss_scan_keep *keep;
     void *ctx;
 } masked;
 
 static void shade_masked(void *ctx, const ss_raster_run *run) {
     const masked *m = ctx;
+    const ss_scan_rows *to = m->to;
+    const float *last = to->second ? to->second : to->plane;
     for (uint32_t i = 0; i < run->n; i++) {
-        const size_t at = (size_t)run->y * m->resolution + run->x + i;
+        const size_t at = (size_t)run->y * to->resolution + run->x + i;
         const float h = run->attribute[0][i] + m->bias;
         double weight[3];
-        if (!(h < m->plane[at]) || (m->above && !(h > m->above[at]))) continue;
+        if (!(h < last[at])) continue;
         weights_at(m->scan, (int32_t)(run->x + i), (int32_t)run->y, weight);
-        if (m->keep(m->ctx, weight)) m->plane[at] = h;
+        if (m->keep(m->ctx, weight)) keep_depth(to, at, 1, (ints){-1}, all_floats(h));
     }
 }
 
-void ss_scan_masked(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t resolution,
-                    float bias, const float *above, float *plane, ss_scan_keep *keep, void *ctx) {
-    masked m = {scan, resolution, bias, above, plane, keep, ctx};
-    ss_scan_runs(scan, first_row, last_row, 1, 0, shade_masked, &m);
+void ss_scan_masked(const ss_scan *scan, const ss_scan_rows *to, float bias, ss_scan_keep *keep,
+                    void *ctx) {
+    masked m = {scan, to, bias, keep, ctx};
+    ss_scan_runs(scan, to->first, to->last, 1, 0, shade_masked, &m);
 }

@@ -4,8 +4,11 @@
  * starts from. */
 #include "raster/egl/passes.h"
 
+#include <string.h>
+
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/status.h"
 #include "raster/egl/walk.h"
 
 enum { PLANE = 2, ABOVE = 3 };
@@ -166,7 +169,7 @@ static softshadow_status draw_holes(const ss_raster_casters *asked, const float 
     holes.holes_only = true;
     if (asked->world->any_opacity) {
         return above ? ss_raster_cpu.peel(&holes, above, plane, pool)
-                     : ss_raster_cpu.depth(&holes, plane, pool);
+                     : ss_raster_cpu.depth(&holes, &plane, 1, pool);
     }
     for (size_t i = 0; i < texels; i++) plane[i] = SS_MAP_FAR;
     return SOFTSHADOW_OK;
@@ -184,8 +187,31 @@ static softshadow_status draw_casters(const ss_raster_casters *asked, const floa
     return status;
 }
 
-softshadow_status ss_egl_depth(const ss_raster_casters *casters, float *plane, ss_pool *pool) {
-    return draw_casters(casters, NULL, plane, pool);
+/* Is there anything in a layer that something may lie below? */
+static bool begin_below(const float *layer, float *above, size_t texels) {
+    bool any = false;
+    for (size_t i = 0; i < texels; i++) {
+        above[i] = ss_map_below(layer[i]);
+        any |= layer[i] != SS_MAP_FAR;
+    }
+    return any;
+}
+
+softshadow_status ss_egl_depth(const ss_raster_casters *casters, float *const layer[],
+                               uint32_t layers, ss_pool *pool) {
+    const size_t texels = (size_t)casters->resolution * casters->resolution;
+    float *above = layers > 1 ? ss_alloc_any(texels, sizeof *above) : NULL;
+    softshadow_status status = draw_casters(casters, NULL, layer[0], pool);
+    if (layers > 1 && !above && !status)
+        status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for a layer");
+    for (uint32_t l = 1; l < layers && !status; l++) {
+        if (begin_below(layer[l - 1], above, texels))
+            status = draw_casters(casters, above, layer[l], pool);
+        else
+            memcpy(layer[l], layer[l - 1], texels * sizeof *above);
+    }
+    ss_free(above);
+    return status;
 }
 
 softshadow_status ss_egl_peel(const ss_raster_casters *casters, const float *above, float *plane,

@@ -4,7 +4,8 @@
 
 #include "raster/raster.h"
 
-softshadow_status ss_egl_depth(const ss_raster_casters *casters, float *plane, ss_pool *pool);
+softshadow_status ss_egl_depth(const ss_raster_casters *casters, float *const layer[],
+                               uint32_t layers, ss_pool *pool);
 softshadow_status ss_egl_peel(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
 softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,

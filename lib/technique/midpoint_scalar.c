@@ -1,0 +1,2 @@
+#define RUNG(name) name##_scalar
+#include "technique/midpoint_kernel.h"
