@@ -145,14 +145,15 @@ bool ss_caster_opaque_at(void *holes, const double weight[3]) {
     return ss_world_opaque_at(h->world, h->triangle, sum[1] / s, sum[2] / s);
 }
 
-int ss_raster_triangle_corners(const ss_raster_triangle *triangle,
-                               ss_scan_corner corner[SS_CLIP_MOST]) {
+int ss_raster_polygon_corners(const ss_raster_polygon *polygon,
+                              ss_scan_corner corner[SS_CLIP_MOST]) {
+    const int corners = (int)polygon->corners;
     bool far = false;
-    for (int k = 0; k < 3; k++) {
-        corner[k].x = triangle->corner[k][0], corner[k].y = triangle->corner[k][1];
-        memcpy(corner[k].attribute, triangle->attribute[k], sizeof triangle->attribute[k]);
+    for (int k = 0; k < corners; k++) {
+        corner[k].x = polygon->corner[k][0], corner[k].y = polygon->corner[k][1];
+        memcpy(corner[k].attribute, polygon->attribute[k], sizeof polygon->attribute[k]);
         if (!isfinite(corner[k].x) || !isfinite(corner[k].y)) return 0;
         far |= fabs(corner[k].x) >= SS_GUARD || fabs(corner[k].y) >= SS_GUARD;
     }
-    return far ? ss_clip_guard(corner, 3, SS_RASTER_ATTRIBUTES) : 3;
+    return far ? ss_clip_guard(corner, corners, SS_RASTER_ATTRIBUTES) : corners;
 }

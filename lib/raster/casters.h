@@ -67,9 +67,9 @@ static inline bool ss_caster_has_holes(const ss_world *world, size_t t) {
 }
 bool ss_caster_opaque_at(void *holes, const double weight[3]);
 
-/* The same for a triangle of a technique's own. */
-int ss_raster_triangle_corners(const ss_raster_triangle *triangle,
-                               ss_scan_corner corner[SS_CLIP_MOST]);
+/* The same for a technique's own polygon. */
+int ss_raster_polygon_corners(const ss_raster_polygon *polygon,
+                              ss_scan_corner corner[SS_CLIP_MOST]);
 bool ss_scan_corner_rows(const ss_scan_corner *corner, int count, uint32_t resolution,
                          int32_t *first, int32_t *last);
 

@@ -29,16 +29,17 @@ typedef struct ss_raster_casters {
 
 #define SS_RASTER_ATTRIBUTES 4
 
-/* A triangle of the techniques' own, in map coordinates, with numbers that vary linearly across
- * it. */
-typedef struct ss_raster_triangle {
-    double corner[3][2];
-    double attribute[3][SS_RASTER_ATTRIBUTES];
-    uint32_t tag; /* handed to shade */
-} ss_raster_triangle;
+/* A triangle or a convex quadrilateral of the techniques' own, in map coordinates, with numbers
+ * that vary linearly across all of it. */
+typedef struct ss_raster_polygon {
+    double corner[4][2];
+    double attribute[4][SS_RASTER_ATTRIBUTES];
+    uint32_t corners; /* 3 or 4, one after the other around it */
+    uint32_t tag;     /* handed to shade */
+} ss_raster_polygon;
 
 /* Called for runs of covered texels: n of them from column x on in row y. attribute[k][i] belongs
- * to texel x + i. Runs of one row come in the order of their triangles; rows may come from any
+ * to texel x + i. Runs of one row come in the order of their polygons; rows may come from any
  * thread. */
 typedef struct ss_raster_run {
     uint32_t x, y, n, tag;
@@ -67,7 +68,7 @@ typedef struct ss_raster_tile {
         value[3][SS_RASTER_TILE][SS_RASTER_TILE];
 } ss_raster_tile;
 
-/* A triangle in a tile: not nearer than `least`, as the ink's `least` below has it, with attribute
+/* A polygon in a tile: not nearer than `least`, as the ink's `least` below has it, with attribute
  * 1 not below `nearest`. */
 typedef struct ss_raster_visit {
     uint32_t part; /* of what is drawn */
@@ -82,11 +83,11 @@ typedef struct ss_raster_band {
     uint32_t across;
 } ss_raster_band;
 
-/* How an ink draws whole tiles: reads what it needs of its planes, adds triangles, says what there
+/* How an ink draws whole tiles: reads what it needs of its planes, adds polygons, says what there
  * is room for (as `room` below), writes every texel. What it keeps is what `shade` would. */
 struct ss_scan;
 typedef struct ss_raster_tiler {
-    /* The tiles of a band that a triangle touches: writes them, gives how many. NULL: by `least`
+    /* The tiles of a band that a polygon touches: writes them, gives how many. NULL: by `least`
      * below, one by one, which says the same. */
     uint32_t (*visit)(const void *tiler_ctx, const struct ss_scan *scan, uint32_t tag,
                       const ss_raster_band *band, uint32_t part, ss_raster_visit *out);
@@ -175,8 +176,8 @@ typedef struct ss_raster {
     softshadow_status (*peel)(const ss_raster_casters *casters, const float *above, float *plane,
                               ss_pool *pool);
     bool tiles; /* keep() draws by the ink's tiler, if there is one: all texels are written */
-    /* What the ink keeps of the triangles, whose corners may be anywhere. */
-    softshadow_status (*keep)(const ss_raster_triangle *triangles, size_t count,
+    /* What the ink keeps of the polygons, whose corners may be anywhere. */
+    softshadow_status (*keep)(const ss_raster_polygon *polygons, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool);
 
     /* Questions. NULL, all four: they are asked in C. A ticket is to be waited for, whatever

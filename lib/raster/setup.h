@@ -1,4 +1,5 @@
-/* A triangle made ready for whatever machine walks it: every backend covers the same texels. */
+/* A triangle, or a convex quadrilateral, made ready for whatever machine walks it: every backend
+ * covers the same texels. */
 #ifndef SS_RASTER_SETUP_H
 #define SS_RASTER_SETUP_H
 
@@ -24,25 +25,21 @@ typedef struct ss_scan_line {
     int32_t right, up;
 } ss_scan_line;
 
-/* A triangle ready to be walked: snapped, its corners in the order given. */
+/* A triangle ready to be walked: snapped, its corners in the order given; or a quadrilateral, which
+ * has lines only. */
 typedef struct ss_scan {
     int32_t x[3], y[3];                /* in subtexels */
     int32_t first_x, last_x, first_y, last_y; /* texels whose centres can be inside, clamped to the map */
     float start[SS_RASTER_ATTRIBUTES]; /* at the centre of texel (first_x, first_y) */
     float step_x[SS_RASTER_ATTRIBUTES], step_y[SS_RASTER_ATTRIBUTES];
     float least[SS_RASTER_ATTRIBUTES], most[SS_RASTER_ATTRIBUTES]; /* of the corners */
-    ss_scan_line line[3];              /* only by ss_scan_lines(), counter-clockwise */
+    ss_scan_line line[4]; /* only by ss_scan_lines() and ss_scan_quad(), counter-clockwise; a
+                             triangle's last one has all inside */
 } ss_scan;
 
-/* The texels whose centres can be inside, from the snapped corners; false: there are none. */
-static inline bool ss_scan_box(ss_scan *s, uint32_t resolution) {
-    int32_t low[2] = {s->x[0], s->y[0]}, high[2] = {s->x[0], s->y[0]};
-    SS_UNROLL
-    for (int i = 1; i < 3; i++) {
-        low[0] = s->x[i] < low[0] ? s->x[i] : low[0], low[1] = s->y[i] < low[1] ? s->y[i] : low[1];
-        high[0] = s->x[i] > high[0] ? s->x[i] : high[0];
-        high[1] = s->y[i] > high[1] ? s->y[i] : high[1];
-    }
+/* The texels whose centres can be inside of such bounds, in subtexels; false: there are none. */
+static inline bool ss_scan_span(ss_scan *s, const int32_t low[2], const int32_t high[2],
+                                uint32_t resolution) {
     /* centres are at 256 i + 128 */
     s->first_x = (low[0] + 127) >> 8, s->last_x = (high[0] - 128) >> 8;
     s->first_y = (low[1] + 127) >> 8, s->last_y = (high[1] - 128) >> 8;
@@ -52,6 +49,18 @@ static inline bool ss_scan_box(ss_scan *s, uint32_t resolution) {
     if (s->last_x > last) s->last_x = last;
     if (s->last_y > last) s->last_y = last;
     return s->first_x <= s->last_x && s->first_y <= s->last_y;
+}
+
+/* The same from a triangle's snapped corners. */
+static inline bool ss_scan_box(ss_scan *s, uint32_t resolution) {
+    int32_t low[2] = {s->x[0], s->y[0]}, high[2] = {s->x[0], s->y[0]};
+    SS_UNROLL
+    for (int i = 1; i < 3; i++) {
+        low[0] = s->x[i] < low[0] ? s->x[i] : low[0], low[1] = s->y[i] < low[1] ? s->y[i] : low[1];
+        high[0] = s->x[i] > high[0] ? s->x[i] : high[0];
+        high[1] = s->y[i] > high[1] ? s->y[i] : high[1];
+    }
+    return ss_scan_span(s, low, high, resolution);
 }
 
 /* Only what says which rows it touches; false: it covers no texel. */
@@ -103,13 +112,19 @@ static inline bool ss_scan_top_or_left(int32_t dx, int32_t dy) {
     return dy < 0 || (dy == 0 && dx < 0);
 }
 
-/* The function is positive inside. */
-static inline ss_scan_line ss_scan_line_at(const ss_scan *s, int i, int j, int32_t x, int32_t y) {
-    const int32_t dx = s->x[j] - s->x[i], dy = s->y[j] - s->y[i];
-    const int64_t px = (int64_t)x * SS_SUBTEXELS + 128 - s->x[i];
-    const int64_t py = (int64_t)y * SS_SUBTEXELS + 128 - s->y[i];
+/* Of the line from a to b, at texel (x, y). The function is positive inside. */
+static inline ss_scan_line ss_scan_line_of(const int32_t a[2], const int32_t b[2], int32_t x,
+                                           int32_t y) {
+    const int32_t dx = b[0] - a[0], dy = b[1] - a[1];
+    const int64_t px = (int64_t)x * SS_SUBTEXELS + 128 - a[0];
+    const int64_t py = (int64_t)y * SS_SUBTEXELS + 128 - a[1];
     const int64_t value = dx * py - dy * px - !ss_scan_top_or_left(dx, dy);
     return (ss_scan_line){value >> 8 /* floor */, -dy, dx};
+}
+
+static inline ss_scan_line ss_scan_line_at(const ss_scan *s, int i, int j, int32_t x, int32_t y) {
+    const int32_t a[2] = {s->x[i], s->y[i]}, b[2] = {s->x[j], s->y[j]};
+    return ss_scan_line_of(a, b, x, y);
 }
 
 /* For triangles that are asked about block after block. */
@@ -119,7 +134,12 @@ static inline void ss_scan_lines(ss_scan *s) {
     SS_UNROLL
     for (int i = 0; i < 3; i++)
         s->line[i] = ss_scan_line_at(s, order[i], order[i + 1], s->first_x, s->first_y);
+    s->line[3] = (ss_scan_line){0};
 }
+
+/* A convex quadrilateral with its lines and the gradients of all attributes; false: it covers no
+ * texel, or is not convex once it is snapped, and has to be drawn as two triangles. */
+bool ss_scan_quad(ss_scan *scan, const ss_scan_corner corner[4], uint32_t resolution);
 
 /* One edge inside one block: its value at the block's first centre, and its steps. A texel is
  * inside where no edge's value is negative. */
@@ -129,7 +149,7 @@ typedef struct ss_scan_edge {
 
 /* A block of the map's texels, edges counter-clockwise and rebased to its corner. */
 typedef struct ss_scan_block {
-    ss_scan_edge e[3];
+    ss_scan_edge e[4];
     int32_t x, y, width, height;
 } ss_scan_block;
 
@@ -147,12 +167,13 @@ static inline bool ss_scan_block_edge(ss_scan_block *b, int i, const ss_scan_lin
     return at >= -SS_SCAN_LARGE && e->at + right + up >= 0;
 }
 
-/* Sets the edges from place and size; false: the triangle covers none of it. */
+/* Sets the edges from a triangle, by place and size; false: it covers none of it. */
 bool ss_scan_block_set(ss_scan_block *block, const ss_scan *scan);
-/* The same by the triangle's lines. */
-static inline bool ss_scan_block_lines(ss_scan_block *b, const ss_scan *s) {
+/* The same by a polygon's first three or four lines. */
+static inline __attribute__((always_inline)) bool ss_scan_block_lines(ss_scan_block *b,
+                                                                      const ss_scan *s, int lines) {
     SS_UNROLL
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < lines; i++) {
         ss_scan_line line = s->line[i];
         line.at += (int64_t)(b->x - s->first_x) * line.right + (int64_t)(b->y - s->first_y) * line.up;
         if (!ss_scan_block_edge(b, i, &line)) return false;

@@ -107,7 +107,7 @@ static void room(const void *ctx, const uint32_t box[4], float nearest, float mo
 }
 
 static softshadow_status draw(const ss_stage *stage, ribbons *r,
-                              const ss_raster_triangle *triangles, size_t count) {
+                              const ss_raster_polygon *polygons, size_t count) {
     const ss_limit_face *f = r->face;
     const float words[] = {f->per_texel, f->near, (float)f->frame->far_h, f->highest};
     const ss_offer_face tiled = {.depth = f->depth,
@@ -132,7 +132,7 @@ static softshadow_status draw(const ss_stage *stage, ribbons *r,
                                                            : NULL,
                          .tiler_ctx = &tiled};
     ss_rim_tables(r->rim, f->depth, f->side, words, sizeof words / sizeof *words, &ink);
-    return stage->raster->keep(triangles, count, f->side, &ink, stage->pool);
+    return stage->raster->keep(polygons, count, f->side, &ink, stage->pool);
 }
 
 /* The penumbra's half width at the farthest receiver, raised. */
@@ -146,7 +146,7 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
     ss_rim_style style = {.width = width, .ctx = face->frame, .inside = true};
     uint8_t *unseen = NULL;
     ss_rim rim;
-    ss_raster_triangle *triangles = NULL;
+    ss_raster_polygon *polygons = NULL;
     size_t count = 0;
     ribbons r = {face, &rim};
     softshadow_status status = ss_rim_build(&rim, stage, found, face->frame, face->side);
@@ -154,9 +154,9 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
         status = ss_rim_find_hidden(stage, &rim, face->depth, face->side, -face->near, &unseen);
     style.hidden = unseen;
     if (ss_limit_tiled(stage, face->side)) style.depth = face->depth, style.side = face->side;
-    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
-    if (!status) status = draw(stage, &r, triangles, count);
-    ss_free(triangles), ss_free(unseen);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
+    if (!status) status = draw(stage, &r, polygons, count);
+    ss_free(polygons), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

@@ -18,6 +18,8 @@ SS_TILE_INLINE void root_of(const ss_wide *x, ss_wide *out) {
 #endif
 }
 
+static const ss_tile_shape strip = {.lines = 4, .used = 2}, piece = {.lines = 3, .used = 4};
+
 /* ss_rim_away() of corners. */
 SS_TILE_INLINE void corner_away(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wide *out) {
     const ss_wide square = a[0] * a[0] + a[2] * a[2], all = square + a[3] * a[3], zero = {0};
@@ -30,8 +32,8 @@ SS_TILE_INLINE void corner_away(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wide *
 SS_TILE_INLINE ss_wide_mask too_far(const ss_wide a[SS_RASTER_ATTRIBUTES], ss_wide reach,
                                     uint32_t tag) {
     const ss_wide more = reach * (1 + 0x1p-8f), zero = {0};
-    const ss_wide strip = (ss_wide)((ss_wide_ints)a[0] & INT32_MAX);
-    if (!(tag & SS_RIM_CORNER)) return SS_WIDE_IS_LESS(more, strip);
+    const ss_wide across = (ss_wide)((ss_wide_ints)a[0] & INT32_MAX);
+    if (!(tag & SS_RIM_CORNER)) return SS_WIDE_IS_LESS(more, across);
     const ss_wide square = a[0] * a[0] + a[2] * a[2], all = square + a[3] * a[3];
     return SS_WIDE_IS_LESS(more * more * all, square * square) | SS_WIDE_IS_LESS(more, zero);
 }
@@ -83,13 +85,13 @@ SS_TILE_INLINE int mask_least(const void *ctx, uint32_t tag, const ss_tile_bound
     return 0;
 }
 
-/* A tiler's visit; strips have two attributes. */
+/* A tiler's visit. */
 #define VISIT(name, least)                                                                         \
     static uint32_t name(const void *ctx, const ss_scan *scan, uint32_t tag,                       \
                          const ss_raster_band *band, uint32_t part, ss_raster_visit *out) {        \
         if (tag & SS_RIM_CORNER)                                                                   \
-            return ss_tile_visits(scan, tag | SS_RIM_CORNER, band, part, 4, least, ctx, out);      \
-        return ss_tile_visits(scan, tag & ~(uint32_t)SS_RIM_CORNER, band, part, 2, least, ctx,     \
+            return ss_tile_visits(scan, tag | SS_RIM_CORNER, band, part, piece, least, ctx, out);  \
+        return ss_tile_visits(scan, tag & ~(uint32_t)SS_RIM_CORNER, band, part, strip, least, ctx, \
                               out);                                                                \
     }
 VISIT(outer_visit, outer_least)
@@ -144,9 +146,9 @@ SS_TILE_INLINE void outer_offer(const void *ctx, ss_raster_tile *tile, int32_t x
 
 static void outer_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
     if (tag & SS_RIM_CORNER)
-        ss_tile_walk(tile, scan, 4, SS_RIM_CORNER, outer_offer, ctx);
+        ss_tile_walk(tile, scan, piece, SS_RIM_CORNER, outer_offer, ctx);
     else
-        ss_tile_walk(tile, scan, 2, 0, outer_offer, ctx);
+        ss_tile_walk(tile, scan, strip, 0, outer_offer, ctx);
 }
 
 /* A rise is kept where it is less than key (receiver - vertex). */
@@ -352,9 +354,9 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
 
 static void limit_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
     if (tag & SS_RIM_CORNER)
-        ss_tile_walk(tile, scan, 4, tag, limit_offer, ctx);
+        ss_tile_walk(tile, scan, piece, tag, limit_offer, ctx);
     else
-        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, limit_offer, ctx);
+        ss_tile_walk(tile, scan, strip, tag & ~(uint32_t)SS_RIM_CORNER, limit_offer, ctx);
 }
 
 /* By ss_limit_away() and ss_limit_outside(). */
@@ -499,9 +501,9 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
 
 static void volume_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
     if (tag & SS_RIM_CORNER)
-        ss_tile_walk(tile, scan, 4, tag, volume_offer, ctx);
+        ss_tile_walk(tile, scan, piece, tag, volume_offer, ctx);
     else
-        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, volume_offer, ctx);
+        ss_tile_walk(tile, scan, strip, tag & ~(uint32_t)SS_RIM_CORNER, volume_offer, ctx);
 }
 
 /* By key_of() and matters(). */
@@ -596,9 +598,9 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
 
 static void mask_draw(const void *ctx, ss_raster_tile *tile, const ss_scan *scan, uint32_t tag) {
     if (tag & SS_RIM_CORNER)
-        ss_tile_walk(tile, scan, 4, tag, mask_offer, ctx);
+        ss_tile_walk(tile, scan, piece, tag, mask_offer, ctx);
     else
-        ss_tile_walk(tile, scan, 2, tag & ~(uint32_t)SS_RIM_CORNER, mask_offer, ctx);
+        ss_tile_walk(tile, scan, strip, tag & ~(uint32_t)SS_RIM_CORNER, mask_offer, ctx);
 }
 
 static void mask_room(const void *ctx, const ss_raster_tile *tile, float nearest, float most[2]) {

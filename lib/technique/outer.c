@@ -51,7 +51,7 @@ static void clear(const ss_outer_sheet *s) {
 /* Tiles fill the plane as they are drawn; else the pen's own shade() offers to it, or keep()
  * does. */
 static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *maps, uint32_t face,
-                                  const ss_raster_triangle *triangles, size_t count,
+                                  const ss_raster_polygon *polygons, size_t count,
                                   const ss_outer_pen *pen) {
     const uint32_t side = maps->frames.resolution;
     const size_t n = (size_t)side * side, first = face * n;
@@ -75,7 +75,7 @@ static softshadow_status draw_rim(const ss_stage *stage, const ss_light_maps *ma
                                .tiler = pen->plain ? SS_OFFERS_OF(ss_offers_outer, stage->rung) : NULL,
                                .tiler_ctx = &s};
     if (!ink.tiler || !stage->raster->tiles) clear(&s);
-    return stage->raster->keep(triangles, count, side, &ink, stage->pool);
+    return stage->raster->keep(polygons, count, side, &ink, stage->pool);
 }
 
 /* What nearer things hide of a silhouette draws nothing: wherever its penumbra comes out from under
@@ -88,14 +88,14 @@ softshadow_status ss_outer_paint(const ss_stage *stage, const ss_light_maps *map
     ss_rim_style seen = *style;
     ss_rim rim;
     uint8_t *hidden = NULL;
-    ss_raster_triangle *triangles = NULL;
+    ss_raster_polygon *polygons = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, &maps->frames.face[face], side);
     if (!status) status = ss_rim_find_hidden(stage, &rim, depth, side, 0, &hidden);
     seen.hidden = hidden;
-    if (!status) status = ss_rim_draw(&rim, &seen, stage->pool, &triangles, &count);
-    if (!status) status = draw_rim(stage, maps, face, triangles, count, pen);
-    ss_free(triangles), ss_free(hidden);
+    if (!status) status = ss_rim_draw(&rim, &seen, stage->pool, &polygons, &count);
+    if (!status) status = draw_rim(stage, maps, face, polygons, count, pen);
+    ss_free(polygons), ss_free(hidden);
     ss_rim_free(&rim);
     return status;
 }

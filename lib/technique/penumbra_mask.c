@@ -145,20 +145,20 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
                            .per_texel = m->per_texel, .texels_per = 1 / m->per_texel, .near = m->near};
     ss_rim rim;
     uint8_t *unseen = NULL;
-    ss_raster_triangle *triangles = NULL;
+    ss_raster_polygon *polygons = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, m->frame, m->side);
     m->rim = &rim;
     if (!status) status = ss_rim_find_hidden(stage, &rim, m->depth, m->side, m->near, &unseen);
     style.hidden = unseen;
     if (ink.tiler && stage->raster->tiles) style.depth = m->depth, style.side = m->side;
-    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
     if (!status) {
         tiled.rows = rim.row, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, m->depth, m->side, words, sizeof words / sizeof *words, &ink);
-        status = stage->raster->keep(triangles, count, m->side, &ink, stage->pool);
+        status = stage->raster->keep(polygons, count, m->side, &ink, stage->pool);
     }
-    ss_free(triangles), ss_free(unseen);
+    ss_free(polygons), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

@@ -363,7 +363,7 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
                            .paper = v->paper};
     ss_rim rim;
     uint8_t *unseen = NULL;
-    ss_raster_triangle *triangles = NULL;
+    ss_raster_polygon *polygons = NULL;
     size_t count = 0;
     softshadow_status status = ss_rim_build(&rim, stage, found, v->frame, v->side);
     v->rim = &rim;
@@ -372,14 +372,14 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
         status = ss_rim_find_hidden(stage, &rim, v->depth, v->side, -v->near, &unseen);
     style.hidden = unseen;
     if (ink.tiler) style.depth = v->depth, style.side = v->side;
-    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &triangles, &count);
+    if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
     if (!status) {
         tiled.rows = rim.row, tiled.ends = (const float(*)[8])v->ends, ink.tiler_ctx = &tiled;
         ss_rim_tables(&rim, v->depth, v->side, words, sizeof words / sizeof *words, &ink);
-        status = stage->raster->keep(triangles, count, v->side, &ink, stage->pool);
+        status = stage->raster->keep(polygons, count, v->side, &ink, stage->pool);
     }
     if (!status && !ink.tiler) status = ss_parallel_for(stage->pool, v->side, 16, settle_rows, v);
-    ss_free(triangles), ss_free(v->ends), ss_free(v->turns), ss_free(unseen);
+    ss_free(polygons), ss_free(v->ends), ss_free(v->turns), ss_free(unseen);
     ss_rim_free(&rim);
     return status;
 }

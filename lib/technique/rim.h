@@ -54,7 +54,7 @@ void ss_rim_free(ss_rim *rim);
 /* How much wider a vertex's penumbra is in direction m, a unit vector. */
 double ss_rim_stretch(const ss_rim_vertex *v, const double m[2]);
 
-/* What is drawn along a rim. Attributes of the triangles:
+/* What is drawn along a rim. Attributes of the polygons:
  *   strips   0: distance from the edge in texels, > 0 outside, < 0 inside   1: the edge's h there
  *   corners  0, 2: the place relative to the vertex, in texels              1: the vertex's h
  *            3: that place times the vertex's tangent
@@ -68,7 +68,7 @@ typedef struct ss_rim_style {
     const uint8_t *hidden; /* of each edge: a hidden one draws nothing, nor do corners between such;
                               or NULL: all are seen */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
-    const float *depth; /* of the map, `side` texels squared, where triangles are to be marked with
+    const float *depth; /* of the map, `side` texels squared, where polygons are to be marked with
                            SS_RIM_SKY; or NULL */
     uint32_t side;
 } ss_rim_style;
@@ -189,8 +189,8 @@ softshadow_status ss_rim_find_hidden(const ss_stage *stage, const ss_rim *rim, c
 void ss_rim_tables(const ss_rim *rim, const float *depth, uint32_t side, const float *words,
                    size_t word_count, ss_raster_ink *ink);
 
-/* The triangles, to be freed with ss_free; *count of them, in an order that no thread changes. */
+/* The polygons, to be freed with ss_free; *count of them, in an order that no thread changes. */
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_pool *pool,
-                              ss_raster_triangle **triangles, size_t *count);
+                              ss_raster_polygon **polygons, size_t *count);
 
 #endif

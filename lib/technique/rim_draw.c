@@ -21,16 +21,16 @@ typedef struct artist {
     const ss_rim *rim;
     const ss_rim_style *style;
     const crowds *crowds;
-    ss_raster_triangle *list;
+    ss_raster_polygon *list;
     size_t count, room;
     size_t first; /* of all that is drawn */
     bool failed;
 } artist;
 
-static ss_raster_triangle *next(artist *a) {
+static ss_raster_polygon *next(artist *a) {
     if (a->count == a->room) {
         const size_t wanted = a->room ? 2 * a->room : 1024;
-        ss_raster_triangle *grown = ss_grow(a->list, a->count, wanted, sizeof *grown);
+        ss_raster_polygon *grown = ss_grow(a->list, a->count, wanted, sizeof *grown);
         if (!grown) {
             a->failed = true;
             return NULL;
@@ -48,14 +48,13 @@ typedef struct spot {
     double x, y, attribute[SS_RASTER_ATTRIBUTES];
 } spot;
 
-static void triangle(artist *a, const spot *p, const spot *q, const spot *r, uint32_t tag) {
-    ss_raster_triangle *t = next(a);
-    const spot *const corner[3] = {p, q, r};
-    if (!t) return;
-    *t = (ss_raster_triangle){.tag = tag};
-    for (int i = 0; i < 3; i++) {
-        t->corner[i][0] = corner[i]->x, t->corner[i][1] = corner[i]->y;
-        memcpy(t->attribute[i], corner[i]->attribute, sizeof t->attribute[i]);
+static void polygon(artist *a, const spot *corner, uint32_t corners, uint32_t tag) {
+    ss_raster_polygon *p = next(a);
+    if (!p) return;
+    *p = (ss_raster_polygon){.corners = corners, .tag = tag};
+    for (uint32_t i = 0; i < corners; i++) {
+        p->corner[i][0] = corner[i].x, p->corner[i][1] = corner[i].y;
+        memcpy(p->attribute[i], corner[i].attribute, sizeof p->attribute[i]);
     }
 }
 
@@ -146,6 +145,8 @@ static bool piece_open(const artist *a, const ss_rim_vertex *at, const double wa
 
 /* ---- strips and corners --------------------------------------------------------------------- */
 
+/* Both widths are stretched alike, as the edge's line has one tangent: its numbers vary
+ * linearly. */
 static void strip(artist *a, uint32_t e, double side) {
     const ss_rim_edge *edge = &a->rim->edge[e];
     double m[2];
@@ -161,8 +162,7 @@ static void strip(artist *a, uint32_t e, double side) {
     const bool open = strip_open(a, edge, right, near, far);
     const uint32_t tag =
         SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0) + (open ? SS_RIM_SKY : 0);
-    triangle(a, &near[0], &near[1], &far[1], tag);
-    triangle(a, &near[0], &far[1], &far[0], tag);
+    polygon(a, (const spot[]){near[0], near[1], far[1], far[0]}, 4, tag);
 }
 
 /* A piece of the disc around a vertex, from angle `from` on by `turn` (either sign). */
@@ -182,7 +182,8 @@ static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flag
                         {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
         if (i > 0) {
             const uint32_t open = piece_open(a, at, ways, flags) ? SS_RIM_SKY : 0;
-            triangle(a, &tip, &rim[0], &rim[1], SS_RIM_TAG * v + SS_RIM_CORNER + flags + open);
+            const spot piece[] = {tip, rim[0], rim[1]};
+            polygon(a, piece, 3, SS_RIM_TAG * v + SS_RIM_CORNER + flags + open);
         }
         rim[0] = rim[1];
         memcpy(ways[0], ways[1], sizeof ways[0]);
@@ -319,7 +320,7 @@ static softshadow_status no_memory(const ss_rim *rim) {
 typedef struct drawing {
     const ss_rim *rim;
     artist *share; /* of each */
-    ss_raster_triangle *all;
+    ss_raster_polygon *all;
 } drawing;
 
 static softshadow_status draw_shares(void *ctx, uint64_t begin, uint64_t end) {
@@ -356,12 +357,12 @@ static softshadow_status draw_all(drawing *d, size_t shares, ss_pool *pool, size
 }
 
 softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_pool *pool,
-                              ss_raster_triangle **triangles, size_t *count) {
+                              ss_raster_polygon **polygons, size_t *count) {
     const size_t shares = (rim->edge_count + rim->vertex_count + SHARE - 1) / SHARE;
     crowds all = {0};
     drawing d = {.rim = rim, .share = ss_alloc(shares, sizeof *d.share)};
     softshadow_status status = SOFTSHADOW_OK;
-    *triangles = NULL, *count = 0;
+    *polygons = NULL, *count = 0;
     if (!d.share || !find_crowds(rim, &all)) status = no_memory(rim);
     for (size_t i = 0; i < shares && !status; i++)
         d.share[i] = (artist){.rim = rim, .style = style, .crowds = &all};
@@ -369,6 +370,6 @@ softshadow_status ss_rim_draw(const ss_rim *rim, const ss_rim_style *style, ss_p
     for (size_t i = 0; i < shares && d.share; i++) ss_free(d.share[i].list);
     ss_free(d.share), ss_free(all.first), ss_free(all.edge);
     if (status) ss_free(d.all), *count = 0;
-    else *triangles = d.all;
+    else *polygons = d.all;
     return status;
 }

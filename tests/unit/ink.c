@@ -12,7 +12,7 @@
 
 enum { RES = 193, MOST = 6000, VALUES = RES * RES * 5 };
 
-static ss_raster_triangle triangle[MOST];
+static ss_raster_polygon triangle[MOST];
 static float plane[2][VALUES]; /* key and four values a texel; the key is 1e30 where nothing is */
 
 /* Steps in the key: whole areas where many triangles are alike. Numbers of the ink's own, and
@@ -83,7 +83,7 @@ static void make(int kind, size_t count) {
             for (int a = 0; a < SS_RASTER_ATTRIBUTES; a++)
                 triangle[t].attribute[k][a] = uniform(-3, 3);
         }
-        triangle[t].tag = (uint32_t)(t * 7);
+        triangle[t].corners = 3, triangle[t].tag = (uint32_t)(t * 7);
     }
 }
 

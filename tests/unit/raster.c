@@ -84,13 +84,39 @@ static double uniform(void) {
     return (double)(random_state >> 11) * 0x1p-53;
 }
 
-/* A jittered grid of quads over the map and beyond: every texel exactly once, in whatever
- * winding. */
-static void test_watertight(void **state) {
-    (void)state;
+static bool convex(const double *const c[4]) {
+    bool left = false, right = false;
+    for (int i = 0; i < 4; i++) {
+        const double *p = c[i], *q = c[(i + 1) % 4], *r = c[(i + 2) % 4];
+        const double turn = (q[0] - p[0]) * (r[1] - q[1]) - (q[1] - p[1]) * (r[0] - q[0]);
+        left |= turn > 0, right |= turn < 0;
+    }
+    return left != right;
+}
+
+static void put(ss_raster_polygon *t, const double *const c[4], const int *order,
+                uint32_t corners) {
+    t->corners = corners;
+    for (uint32_t k = 0; k < corners; k++) {
+        const double *p = c[order[k]];
+        t->corner[k][0] = p[0], t->corner[k][1] = p[1];
+        t->attribute[k][0] = 3 + .25 * p[0] - .5 * p[1];
+    }
+}
+
+/* An ink with these draws by other code: near things first. */
+static float nearest(const void *ctx, uint32_t tag, const float *low, const float *high,
+                     int *kind) {
+    (void)ctx, (void)tag, (void)low, (void)high, (void)kind;
+    return 0;
+}
+
+/* A jittered grid of quads over the map and beyond, whole or in halves: every texel exactly once,
+ * in whatever winding. */
+static void check_watertight(bool near_first) {
     enum { SIDE = 40, RES = 101 };
     static double v[SIDE + 1][SIDE + 1][2];
-    static ss_raster_triangle t[2 * SIDE * SIDE];
+    static ss_raster_polygon t[2 * SIDE * SIDE];
     for (int kind = 0; kind < 4; kind++) {
         size_t n = 0;
         for (int i = 0; i <= SIDE; i++) {
@@ -108,13 +134,12 @@ static void test_watertight(void **state) {
                 const double *c[4] = {v[i][j], v[i][j + 1], v[i + 1][j + 1], v[i + 1][j]};
                 const int flip = (i + j) & 1;
                 const int order[2][3] = {{0, 1 + flip, 2 - flip}, {0, 2 + flip, 3 - flip}};
-                for (int h = 0; h < 2; h++, n++) {
-                    for (int k = 0; k < 3; k++) {
-                        t[n].corner[k][0] = c[order[h][k]][0],
-                        t[n].corner[k][1] = c[order[h][k]][1];
-                        t[n].attribute[k][0] = 3 + .25 * t[n].corner[k][0] - .5 * t[n].corner[k][1];
-                    }
+                const int around[2][4] = {{1, 2, 3, 0}, {3, 2, 1, 0}};
+                if (i % 3 && convex(c)) {
+                    put(&t[n++], c, around[flip], 4);
+                    continue;
                 }
+                for (int h = 0; h < 2; h++) put(&t[n++], c, order[h], 3);
             }
         }
         for (uint32_t threads = 1; threads <= 7; threads += 3) {
@@ -122,7 +147,8 @@ static void test_watertight(void **state) {
             uint8_t *count = calloc(RES * RES, 1);
             float *sum = calloc(RES * RES, sizeof *sum);
             tally tl = {RES, count, sum};
-            const ss_raster_ink ink = {.shade = count_run, .ctx = &tl};
+            const ss_raster_ink ink = {.shade = count_run, .ctx = &tl,
+                                       .least = near_first ? nearest : NULL};
             assert_int_equal(ss_raster_cpu.keep(t, n, RES, &ink, pool), SOFTSHADOW_OK);
             for (int y = 0; y < RES; y++) {
                 for (int x = 0; x < RES; x++) {
@@ -136,6 +162,12 @@ static void test_watertight(void **state) {
             ss_pool_destroy(pool);
         }
     }
+}
+
+static void test_watertight(void **state) {
+    (void)state;
+    check_watertight(false);
+    check_watertight(true);
 }
 
 /* ---- depth ---------------------------------------------------------------------------------- */

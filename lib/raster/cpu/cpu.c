@@ -219,10 +219,10 @@ static softshadow_status peel(const ss_raster_casters *casters, const float *abo
     return draw_casters(&d, pool);
 }
 
-/* ---- the techniques' own triangles ---------------------------------------------------------- */
+/* ---- the techniques' own polygons ----------------------------------------------------------- */
 
 typedef struct sketch {
-    const ss_raster_triangle *triangles;
+    const ss_raster_polygon *polygons;
     uint32_t resolution;
     const ss_raster_ink *ink;
     ss_bins bins;
@@ -231,7 +231,7 @@ typedef struct sketch {
 static bool sketch_rows(const void *ctx, size_t i, int32_t *first, int32_t *last) {
     const sketch *s = ctx;
     ss_scan_corner corner[SS_CLIP_MOST];
-    const int count = ss_raster_triangle_corners(&s->triangles[i], corner);
+    const int count = ss_raster_polygon_corners(&s->polygons[i], corner);
     return ss_scan_corner_rows(corner, count, s->resolution, first, last);
 }
 
@@ -243,24 +243,24 @@ static softshadow_status sketch_bands(void *ctx, uint64_t begin, uint64_t end) {
         for (uint32_t i = s->bins.first[band]; i < s->bins.first[band + 1]; i++) {
             const uint32_t t = s->bins.item[i];
             ss_scan_corner corner[SS_CLIP_MOST];
-            const int count = ss_raster_triangle_corners(&s->triangles[t], corner);
+            const int count = ss_raster_polygon_corners(&s->polygons[t], corner);
             for (int k = 2; k < count; k++) {
                 const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
                 ss_scan scan;
                 if (!ss_scan_snap(&scan, part, s->resolution)) continue;
                 ss_scan_gradients(&scan, part, SS_RASTER_ATTRIBUTES);
                 ss_scan_runs(&scan, first, first + SS_BAND - 1, SS_RASTER_ATTRIBUTES,
-                             s->triangles[t].tag, s->ink->shade, s->ink->ctx);
+                             s->polygons[t].tag, s->ink->shade, s->ink->ctx);
             }
         }
     }
     return SOFTSHADOW_OK;
 }
 
-static softshadow_status keep(const ss_raster_triangle *triangles, size_t count,
+static softshadow_status keep(const ss_raster_polygon *polygons, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
-    if (ink->least) return ss_cpu_keep(triangles, count, resolution, ink, pool);
-    sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
+    if (ink->least) return ss_cpu_keep(polygons, count, resolution, ink, pool);
+    sketch s = {.polygons = polygons, .resolution = resolution, .ink = ink};
     softshadow_status status =
         ss_bins_build(&s.bins, count, resolution, sketch_rows, NULL, &s, pool);
     if (!status) status = ss_parallel_for(pool, s.bins.bands, 1, sketch_bands, &s);

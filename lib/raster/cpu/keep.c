@@ -1,8 +1,8 @@
-/* The techniques' own triangles. Penumbrae overlap tens of times where a light is large, and of all
- * that is offered to a texel the nearest is kept: so a band's tiles get their triangles sorted by
+/* The techniques' own polygons. Penumbrae overlap tens of times where a light is large, and of all
+ * that is offered to a texel the nearest is kept: so a band's tiles get their polygons sorted by
  * the least distance that each can have there, and once a tile is full of what is nearer the rest
  * is passed over (as a hierarchical depth buffer does: [GKM93]). The order, and with it what is
- * kept of things alike, depends on the triangles only. */
+ * kept of things alike, depends on the polygons only. */
 #include "raster/cpu/keep.h"
 
 #include <math.h>
@@ -16,49 +16,66 @@
 
 #define TILE    SS_RASTER_TILE /* texels along a side; two rows of tiles make a band */
 #define BUCKETS 32 /* of distance, in a tile */
-#define LOOK_EACH 8 /* triangles drawn until it is asked again what a tile has room for */
+#define LOOK_EACH 8 /* polygons drawn until it is asked again what a tile has room for */
 #define ROOMS 4 /* depths that a tile is asked for */
-#define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped triangle */
+#define MOST_PARTS (SS_CLIP_MOST - 2) /* of a clipped polygon */
 
 typedef struct sketch {
-    const ss_raster_triangle *triangles;
+    const ss_raster_polygon *polygons;
     uint32_t resolution;
     const ss_raster_ink *ink;
-    uint32_t *first; /* part of each triangle */
+    uint32_t *first; /* part of each polygon */
     ss_scan *parts;  /* first_x > last_x: covers nothing */
-    uint32_t *owner; /* triangle of each part */
+    uint32_t *owner; /* polygon of each part */
     ss_bins bins;
 } sketch;
 
-/* ---- triangles ------------------------------------------------------------------------------ */
+/* ---- polygons ------------------------------------------------------------------------------- */
 
-static bool is_far(const ss_raster_triangle *t) {
+static bool is_far(const ss_raster_polygon *t) {
     bool far = false;
-    for (int k = 0; k < 3; k++) {
+    for (uint32_t k = 0; k < t->corners; k++) {
         far |= !(fabs(t->corner[k][0]) < SS_GUARD && fabs(t->corner[k][1]) < SS_GUARD);
     }
     return far;
 }
 
+static uint32_t parts_of(const ss_raster_polygon *p) {
+    return is_far(p) ? MOST_PARTS : p->corners - 2;
+}
+
+static const ss_scan nothing = {.first_x = 1};
+
+static void set_up_part(const sketch *s, const ss_scan_corner part[3], ss_scan *scan) {
+    *scan = nothing;
+    if (!ss_scan_snap(scan, part, s->resolution) || ss_scan_area(scan) == 0) {
+        *scan = nothing;
+        return;
+    }
+    ss_scan_gradients(scan, part, SS_RASTER_ATTRIBUTES);
+    ss_scan_lines(scan);
+}
+
+/* Gives how many parts. Quadrilaterals stay whole, if nothing has cut them. */
+static uint32_t set_up_polygon(const sketch *s, const ss_raster_polygon *polygon, ss_scan *parts) {
+    ss_scan_corner corner[SS_CLIP_MOST];
+    const int count = ss_raster_polygon_corners(polygon, corner);
+    const bool quad = polygon->corners == 4 && count == 4;
+    if (quad && ss_scan_quad(parts, corner, s->resolution)) return 1;
+    for (int k = 2; k < count; k++) {
+        const ss_scan_corner part[3] = {corner[0], corner[k - 1], corner[k]};
+        set_up_part(s, part, &parts[k - 2]);
+    }
+    return count > 2 ? (uint32_t)count - 2 : 0;
+}
+
 static softshadow_status set_up(void *ctx, uint64_t begin, uint64_t end) {
     const sketch *s = ctx;
     for (uint64_t t = begin; t < end; t++) {
-        ss_scan_corner corner[SS_CLIP_MOST];
-        const int count = ss_raster_triangle_corners(&s->triangles[t], corner);
         const uint32_t first = s->first[t], room = s->first[t + 1] - first;
-        for (uint32_t k = 0; k < room; k++) {
-            ss_scan *scan = &s->parts[first + k];
-            s->owner[first + k] = (uint32_t)t;
-            *scan = (ss_scan){.first_x = 1};
-            if ((int)k + 2 >= count) continue;
-            const ss_scan_corner part[3] = {corner[0], corner[k + 1], corner[k + 2]};
-            if (!ss_scan_snap(scan, part, s->resolution) || ss_scan_area(scan) == 0) {
-                *scan = (ss_scan){.first_x = 1};
-                continue;
-            }
-            ss_scan_gradients(scan, part, SS_RASTER_ATTRIBUTES);
-            ss_scan_lines(scan);
-        }
+        uint32_t used = set_up_polygon(s, &s->polygons[t], s->parts + first);
+        for (; used < room; used++) s->parts[first + used] = nothing;
+        for (uint32_t k = 0; k < room; k++) s->owner[first + k] = (uint32_t)t;
     }
     return SOFTSHADOW_OK;
 }
@@ -104,7 +121,7 @@ static inline void bound(const ss_scan *s, const int32_t box[4], ss_floats *low,
 /* Is all of a box outside of an edge? Then so is its best corner. */
 static inline bool misses(const ss_scan *s, const int32_t box[4]) {
     int64_t least = 0;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 4; k++) {
         const ss_scan_line *e = &s->line[k];
         const int64_t x = (e->right > 0 ? box[2] : box[0]) - s->first_x;
         const int64_t y = (e->up > 0 ? box[3] : box[1]) - s->first_y;
@@ -113,7 +130,7 @@ static inline bool misses(const ss_scan *s, const int32_t box[4]) {
     return least < 0; /* one of them is */
 }
 
-/* For one triangle in all tiles. */
+/* For one polygon in all tiles. */
 static bool make_room(band *b) {
     const size_t most = 2 * (size_t)b->across;
     if (b->room - b->count >= most) return true;
@@ -127,7 +144,7 @@ static bool make_room(band *b) {
 static void add_visits(band *b, uint32_t part) {
     const sketch *s = b->sketch;
     const ss_scan *scan = &s->parts[part];
-    const uint32_t tag = s->triangles[s->owner[part]].tag;
+    const uint32_t tag = s->polygons[s->owner[part]].tag;
     const int32_t low = greatest_of(scan->first_y, b->first_row),
                   high = least_of(scan->last_y, b->last_row);
     for (int32_t row = (low - b->first_row) / TILE; row <= (high - b->first_row) / TILE; row++) {
@@ -162,7 +179,7 @@ static bool visit_band(band *b, uint32_t index) {
             add_visits(b, part);
         else
             b->count += tiler->visit(s->ink->tiler_ctx, &s->parts[part],
-                                     s->triangles[s->owner[part]].tag, &rows, part,
+                                     s->polygons[s->owner[part]].tag, &rows, part,
                                      b->visits + b->count);
     }
     return true;
@@ -227,7 +244,7 @@ static void draw_runs(const band *b, uint32_t tile, const span *of) {
         if (since >= LOOK_EACH && v->least > 0)
             s->ink->room(s->ink->keep_ctx, box, of->nearest, room), since = 0;
         if (!(v->least < room[v->kind])) continue;
-        const ss_raster_triangle *t = &s->triangles[s->owner[v->part]];
+        const ss_raster_polygon *t = &s->polygons[s->owner[v->part]];
         ss_scan part = s->parts[v->part];
         ss_scan_tile_runs(&part, (const int32_t *)box, t->tag, s->ink->shade, s->ink->ctx);
         since++;
@@ -235,7 +252,7 @@ static void draw_runs(const band *b, uint32_t tile, const span *of) {
 }
 
 /* What a tile has room for, of things not nearer than each of some depths from the nearest to the
- * farthest of its triangles. */
+ * farthest of its polygons. */
 typedef struct rooms {
     float nearest, per, most[ROOMS][2];
 } rooms;
@@ -274,7 +291,7 @@ static void draw_tile(const band *b, uint32_t number, const span *of) {
             find_rooms(b, &tile, of, &r), since = 0, looked = true;
         if (looked && !has_room(&r, v)) continue;
         tiler->draw(s->ink->tiler_ctx, &tile, &s->parts[v->part],
-                    s->triangles[s->owner[v->part]].tag);
+                    s->polygons[s->owner[v->part]].tag);
         since++;
     }
     tiler->end(s->ink->tiler_ctx, &tile);
@@ -316,7 +333,7 @@ static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool)
     s->first = ss_alloc(count + 1, sizeof *s->first);
     if (!s->first) return SOFTSHADOW_E_MEMORY;
     for (size_t t = 0; t < count; t++) {
-        s->first[t + 1] = s->first[t] + (is_far(&s->triangles[t]) ? MOST_PARTS : 1);
+        s->first[t + 1] = s->first[t] + parts_of(&s->polygons[t]);
     }
     s->parts = ss_alloc_any(s->first[count], sizeof *s->parts);
     s->owner = ss_alloc_any(s->first[count], sizeof *s->owner);
@@ -329,12 +346,12 @@ static softshadow_status draw_near_first(sketch *s, size_t count, ss_pool *pool)
     return status ? status : ss_parallel_for(pool, s->bins.bands, 1, draw_bands, s);
 }
 
-softshadow_status ss_cpu_keep(const ss_raster_triangle *triangles, size_t count,
+softshadow_status ss_cpu_keep(const ss_raster_polygon *polygons, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
-    sketch s = {.triangles = triangles, .resolution = resolution, .ink = ink};
+    sketch s = {.polygons = polygons, .resolution = resolution, .ink = ink};
     softshadow_status status = draw_near_first(&s, count, pool);
     if (status == SOFTSHADOW_E_MEMORY) {
-        status = ss_fail(status, "map: out of memory for the penumbrae of %zu triangles", count);
+        status = ss_fail(status, "map: out of memory for the penumbrae of %zu polygons", count);
     }
     ss_bins_free(&s.bins);
     ss_free(s.first), ss_free(s.parts), ss_free(s.owner);

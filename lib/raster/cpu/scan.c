@@ -168,14 +168,14 @@ static void shade_run(const ss_scan *s, uint32_t used, int32_t x, int32_t y, int
 
 /* Adds to each row's covered columns, a bit each, those of the four from `column` on. */
 static inline void cover_columns(const ss_scan_block *b, int32_t column, uint32_t *covered) {
-    ints edge[3];
-    for (int i = 0; i < 3; i++) {
+    ints edge[4];
+    for (int i = 0; i < 4; i++) {
         edge[i] = b->e[i].at + b->e[i].right * (column + lane_number);
     }
     for (int32_t row = 0; row < b->height; row++) {
-        const ints in = ~(edge[0] | edge[1] | edge[2]);
+        const ints in = ~(edge[0] | edge[1] | edge[2] | edge[3]);
         covered[row] |= (uint32_t)ss_floats_bits(in >> 31) << column;
-        for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
+        for (int i = 0; i < 4; i++) edge[i] += b->e[i].up;
     }
 }
 
@@ -198,7 +198,7 @@ void ss_scan_tile_runs(const ss_scan *s, const int32_t box[4], uint32_t tag, ss_
                        .y = y,
                        .width = least(s->last_x, box[2]) - x + 1,
                        .height = least(s->last_y, box[3]) - y + 1};
-    if (ss_scan_block_set(&b, s)) block_runs(s, &b, SS_RASTER_ATTRIBUTES, tag, shade, ctx);
+    if (ss_scan_block_lines(&b, s, 4)) block_runs(s, &b, SS_RASTER_ATTRIBUTES, tag, shade, ctx);
 }
 
 void ss_scan_runs(const ss_scan *s, int32_t first_row, int32_t last_row, uint32_t used,

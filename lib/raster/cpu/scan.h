@@ -23,7 +23,7 @@ void ss_scan_depth(const ss_scan *scan, const ss_scan_rows *rows, float bias);
 /* Rows first_row .. last_row, too. */
 void ss_scan_runs(const ss_scan *scan, int32_t first_row, int32_t last_row, uint32_t used,
                   uint32_t tag, ss_raster_shade *shade, void *ctx);
-/* The same within a box, first and last column and row: {x, y, x, y}; at most a block. */
+/* The same by lines, within a box, first and last column and row: {x, y, x, y}; at most a block. */
 void ss_scan_tile_runs(const ss_scan *scan, const int32_t box[4], uint32_t tag,
                        ss_raster_shade *shade, void *ctx);
 /* Triangles of a few texels, which is what meshes are made of: the same texels and bits as

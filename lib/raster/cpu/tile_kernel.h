@@ -1,4 +1,4 @@
-/* How an ink's kernel walks a triangle across a tile: as many texels of a row as a register has
+/* How an ink's kernel walks a polygon across a tile: as many texels of a row as a register has
  * lanes. */
 #ifndef SS_RASTER_TILE_KERNEL_H
 #define SS_RASTER_TILE_KERNEL_H
@@ -25,42 +25,48 @@ SS_TILE_INLINE void ss_tile_attribute(const ss_scan *s, int k, int32_t y, ss_wid
     *out = SS_WIDE_LESS(most, above);
 }
 
-/* The first `used` attributes. */
+/* What an ink knows of its shapes: how many lines are around them at most, and how many of their
+ * attributes it reads. */
+typedef struct ss_tile_shape {
+    int lines, used;
+} ss_tile_shape;
+
 SS_TILE_INLINE void ss_tile_columns(ss_raster_tile *tile, const ss_scan *s, const ss_scan_block *b,
-                                    int32_t first, int used, uint32_t tag, ss_tile_offer *offer,
-                                    const void *ctx) {
-    ss_wide_ints lane, edge[3];
+                                    int32_t first, ss_tile_shape shape, uint32_t tag,
+                                    ss_tile_offer *offer, const void *ctx) {
+    ss_wide_ints lane, edge[4];
     for (int i = 0; i < SS_LANES; i++) lane[i] = first + i;
     const ss_wide column = __builtin_convertvector(lane + (b->x - s->first_x), ss_wide);
     const ss_wide_ints beyond = lane >= tile->width;
     SS_UNROLL
-    for (int i = 0; i < 3; i++) edge[i] = b->e[i].at + b->e[i].right * lane;
+    for (int i = 0; i < shape.lines; i++) edge[i] = b->e[i].at + b->e[i].right * lane;
     for (int32_t row = 0; row < b->height; row++) {
-        const ss_wide_ints out = edge[0] | edge[1] | edge[2] | beyond;
+        ss_wide_ints out = edge[0] | edge[1] | edge[2] | beyond;
+        if (shape.lines > 3) out |= edge[3];
         const ss_wide_mask in = ~SS_WIDE_NEGATIVE(out);
         SS_UNROLL
-        for (int i = 0; i < 3; i++) edge[i] += b->e[i].up;
+        for (int i = 0; i < shape.lines; i++) edge[i] += b->e[i].up;
         if (!ss_wide_any(in)) continue;
         ss_wide attribute[SS_RASTER_ATTRIBUTES];
         SS_UNROLL
-        for (int k = 0; k < used; k++) {
+        for (int k = 0; k < shape.used; k++) {
             ss_tile_attribute(s, k, b->y + row, column, &attribute[k]);
         }
         offer(ctx, tile, first, b->y + row - tile->y, attribute, &in, tag);
     }
 }
 
-SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, int used, uint32_t tag,
-                                 ss_tile_offer *offer, const void *ctx) {
+SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, ss_tile_shape shape,
+                                 uint32_t tag, ss_tile_offer *offer, const void *ctx) {
     const int32_t low = s->first_y > tile->y ? s->first_y : tile->y;
     const int32_t end = tile->y + tile->height, high = s->last_y < end ? s->last_y + 1 : end;
     ss_scan_block b = {.x = tile->x, .y = low, .width = tile->width, .height = high - low};
-    if (!ss_scan_block_lines(&b, s)) return;
+    if (!ss_scan_block_lines(&b, s, shape.lines)) return;
     for (int32_t first = 0; first < SS_RASTER_TILE; first += SS_LANES)
-        ss_tile_columns(tile, s, &b, first, used, tag, offer, ctx);
+        ss_tile_columns(tile, s, &b, first, shape, tag, offer, ctx);
 }
 
-/* ---- which tiles a triangle touches, some of a row of them at a time ------------------------- */
+/* ---- which tiles a polygon touches,  some of a row of them at a time ------------------------- */
 
 /* As many as a register has doubles; on the least instruction set one by one are faster. */
 #if SS_FOURS > 1
@@ -68,7 +74,7 @@ SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, int use
 typedef float ss_tile_floats __attribute__((vector_size(4 * SS_DOUBLES)));
 typedef int32_t ss_tile_ints __attribute__((vector_size(4 * SS_DOUBLES)));
 
-/* What the first `used` attributes are within. */
+/* What the attributes that are used are within. */
 typedef struct ss_tile_bounds {
     ss_tile_floats low[SS_RASTER_ATTRIBUTES], high[SS_RASTER_ATTRIBUTES];
 } ss_tile_bounds;
@@ -98,7 +104,7 @@ SS_TILE_INLINE ss_tile_floats ss_tile_root(ss_tile_floats x) {
 #endif
 }
 
-/* Texels from the triangle's first one on. */
+/* Texels from the polygon's first one on. */
 typedef struct ss_tile_boxes {
     ss_tile_ints left, right;
     int32_t low, high;
@@ -106,12 +112,12 @@ typedef struct ss_tile_boxes {
 
 /* Which boxes are wholly outside of an edge? Then their best corner is. Whole numbers below 2^42,
  * which doubles hold. */
-SS_TILE_INLINE uint32_t ss_tile_missed(const ss_scan_line e[3], const ss_tile_boxes *b) {
+SS_TILE_INLINE uint32_t ss_tile_missed(const ss_scan_line *e, int lines, const ss_tile_boxes *b) {
     const ss_doubles left = __builtin_convertvector(b->left, ss_doubles);
     const ss_doubles right = __builtin_convertvector(b->right, ss_doubles);
     ss_doubles_mask out = {0};
     SS_UNROLL
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < lines; k++) {
         const int64_t y = e[k].up > 0 ? b->high : b->low;
         const double here = (double)(e[k].at + y * e[k].up), per = e[k].right;
         out |= (ss_doubles_mask)(here + (per > 0 ? right : left) * per < 0);
@@ -138,8 +144,9 @@ SS_TILE_INLINE void ss_tile_bound(const ss_scan *s, const ss_tile_boxes *b, int 
 }
 
 SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_raster_band *band,
-                                       uint32_t part, int used, ss_tile_least *least_of,
-                                       const void *ctx, ss_raster_visit *out) {
+                                       uint32_t part, ss_tile_shape shape,
+                                       ss_tile_least *least_of, const void *ctx,
+                                       ss_raster_visit *out) {
     ss_tile_ints lane;
     for (int i = 0; i < SS_DOUBLES; i++) lane[i] = i;
     const int32_t low = s->first_y > band->first_row ? s->first_y : band->first_row;
@@ -156,12 +163,12 @@ SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_
             const ss_tile_ints x = (column + lane) * SS_RASTER_TILE - s->first_x;
             const ss_tile_ints to = x + (SS_RASTER_TILE - 1), beyond = x > wide;
             b.left = x & (x > 0), b.right = (to & (to < wide)) | (wide & (to >= wide));
-            uint32_t in = ~(ss_tile_missed(s->line, &b) | ss_tile_bits(beyond)) &
+            uint32_t in = ~(ss_tile_missed(s->line, shape.lines, &b) | ss_tile_bits(beyond)) &
                           ((1u << SS_DOUBLES) - 1);
             if (!in) continue;
             ss_tile_bounds of;
             ss_tile_floats least;
-            ss_tile_bound(s, &b, used, &of);
+            ss_tile_bound(s, &b, shape.used, &of);
             const int kind = least_of(ctx, tag, &of, &least);
             for (; in; in &= in - 1) {
                 const int i = __builtin_ctz(in);

@@ -158,27 +158,27 @@ static softshadow_status stop(ss_egl_job *job, ss_egl_context *c) {
 
 /* ---- on the caller's ------------------------------------------------------------------------- */
 
-static softshadow_status add_triangle(const ss_raster_triangle *triangle, uint32_t resolution,
+static softshadow_status add_polygon(const ss_raster_polygon *polygon, uint32_t resolution,
                                       ss_walk_list *list) {
     ss_scan_corner corner[SS_CLIP_MOST];
-    const int count = ss_raster_triangle_corners(triangle, corner);
+    const int count = ss_raster_polygon_corners(polygon, corner);
     softshadow_status status = SOFTSHADOW_OK;
     for (int i = 2; i < count && !status; i++) {
         const ss_scan_corner part[3] = {corner[0], corner[i - 1], corner[i]};
         ss_scan scan;
         if (!ss_scan_snap(&scan, part, resolution)) continue;
         ss_scan_gradients(&scan, part, SS_RASTER_ATTRIBUTES);
-        status = ss_walk_list_add(list, &scan, triangle->tag, 0);
+        status = ss_walk_list_add(list, &scan, polygon->tag, 0);
     }
     return status;
 }
 
-static softshadow_status keep_all(const ss_raster_triangle *triangles, size_t count, keeping *k) {
+static softshadow_status keep_all(const ss_raster_polygon *polygons, size_t count, keeping *k) {
     ss_walk_list list = {0};
     softshadow_status status = SOFTSHADOW_OK;
     k->list = &list;
     for (size_t t = 0; t < count && !status; t++) {
-        status = add_triangle(&triangles[t], k->walk.resolution, &list);
+        status = add_polygon(&polygons[t], k->walk.resolution, &list);
         if (status || (t + 1 < count && !ss_walk_list_full(&list)) || !list.pieces) continue;
         k->job = (ss_egl_job){.begin = keep_list, .generation = k->walk.generation};
         status = ss_egl_run(&k->job);
@@ -198,11 +198,11 @@ static void hand_back(const keeping *k) {
     }
 }
 
-static softshadow_status keep_on(const ss_raster_triangle *triangles, size_t count, keeping *k) {
+static softshadow_status keep_on(const ss_raster_polygon *polygons, size_t count, keeping *k) {
     k->job = (ss_egl_job){.begin = start};
     softshadow_status status = ss_egl_run(&k->job);
     if (status) return status;
-    status = keep_all(triangles, count, k);
+    status = keep_all(polygons, count, k);
     uint32_t *const key = k->key;
     if (status) k->key = NULL;
     k->job = (ss_egl_job){.begin = stop, .generation = k->walk.generation};
@@ -216,7 +216,7 @@ static softshadow_status keep_on(const ss_raster_triangle *triangles, size_t cou
     return status;
 }
 
-softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
+softshadow_status ss_egl_keep(const ss_raster_polygon *polygons, size_t count,
                               uint32_t resolution, const ss_raster_ink *ink, ss_pool *pool) {
     (void)pool;
     if (ink->tables > SS_RASTER_INK_TABLES) {
@@ -228,7 +228,7 @@ softshadow_status ss_egl_keep(const ss_raster_triangle *triangles, size_t count,
     softshadow_status status = SOFTSHADOW_OK;
     if (!k.key || !k.value)
         status = ss_fail(SOFTSHADOW_E_MEMORY, "map: out of memory for its texels");
-    if (!status) status = keep_on(triangles, count, &k);
+    if (!status) status = keep_on(polygons, count, &k);
     ss_free(k.key);
     ss_free(k.value);
     return status;
