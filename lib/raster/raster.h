@@ -91,6 +91,8 @@ typedef struct ss_raster_tiler {
      * below, one by one, which says the same. */
     uint32_t (*visit)(const void *tiler_ctx, const struct ss_scan *scan, uint32_t tag,
                       const ss_raster_band *band, uint32_t part, ss_raster_visit *out);
+    /* Instead of all that follows where nothing is drawn; NULL: it begins and ends. */
+    void (*blank)(const void *tiler_ctx, const ss_raster_tile *tile);
     void (*begin)(const void *tiler_ctx, ss_raster_tile *tile);
     void (*draw)(const void *tiler_ctx, ss_raster_tile *tile, const struct ss_scan *scan,
                  uint32_t tag);

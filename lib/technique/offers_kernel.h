@@ -111,13 +111,8 @@ enum { OUTER_VERTEX, OUTER_RISE };
 
 static void outer_begin(const void *ctx, ss_raster_tile *tile) {
     const ss_outer_sheet *s = ctx;
-    for (int32_t row = 0; row < tile->height; row++) {
-        ss_tile_read(tile, s->depth, s->side, row, tile->depth[row]);
-        for (int32_t x = 0; x < SS_RASTER_TILE; x++) {
-            tile->key[row][x] = x < tile->width;
-            tile->value[OUTER_VERTEX][row][x] = SS_MAP_FAR, tile->value[OUTER_RISE][row][x] = 0;
-        }
-    }
+    const float first[] = {[OUTER_VERTEX] = SS_MAP_FAR, [OUTER_RISE] = 0};
+    ss_tile_begin(tile, s->depth, s->side, 1, 0, first, 2);
 }
 
 /* ss_outer_offer() */
@@ -185,8 +180,8 @@ static void outer_end(const void *ctx, ss_raster_tile *tile) {
     ss_light_maps_set_lit(s->lit, s->side, tile, ss_wide_least(&least));
 }
 
-const ss_raster_tiler RUNG(ss_offers_outer) = {outer_visit, outer_begin, outer_draw,
-                                                  outer_room, outer_end};
+const ss_raster_tiler RUNG(ss_offers_outer) = {outer_visit, NULL, outer_begin, outer_draw,
+                                               outer_room, outer_end};
 
 /* ---- what a texel hangs on ------------------------------------------------------------------- */
 
@@ -253,17 +248,6 @@ SS_TILE_INLINE void open_past(const ss_offer_face *f, const foot *at, uint32_t t
     *out = SS_WIDE_MORE(near, far);
 }
 
-/* Depths from the map; keys and values at first, of which a tile's empty columns have `none`. */
-SS_TILE_INLINE void face_begin(const ss_offer_face *f, ss_raster_tile *tile, float none) {
-    for (int32_t row = 0; row < tile->height; row++) {
-        ss_tile_read(tile, f->depth, f->side, row, tile->depth[row]);
-        for (int32_t x = 0; x < SS_RASTER_TILE; x++) {
-            tile->key[row][x] = x < tile->width ? SS_MAP_FAR : none;
-            for (int k = 0; k < 3; k++) tile->value[k][row][x] = 0;
-        }
-    }
-}
-
 /* The most of two sums over a tile's texels, begun at 0. */
 SS_TILE_INLINE void most_of(const ss_wide sum[2], float most[2]) {
     most[0] = ss_wide_most(&sum[0]), most[1] = ss_wide_most(&sum[1]);
@@ -278,10 +262,9 @@ SS_TILE_INLINE void keep_value(float (*plane)[SS_RASTER_TILE], int32_t row, int3
 /* ---- penumbra-limit -------------------------------------------------------------------------- */
 
 static void limit_begin(const void *ctx, ss_raster_tile *tile) {
-    face_begin(ctx, tile, 0);
-    for (int32_t row = 0; row < tile->height; row++) {
-        for (int32_t x = 0; x < SS_RASTER_TILE; x++) tile->value[0][row][x] = SS_MAP_FAR;
-    }
+    const ss_offer_face *f = ctx;
+    const float first[] = {SS_MAP_FAR, 0, 0};
+    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, 0, first, 3);
 }
 
 /* The depth of whom it is for, from c on: ss_limit_receiver(). */
@@ -418,14 +401,17 @@ static void limit_end(const void *ctx, ss_raster_tile *tile) {
     ss_light_maps_set_lit(f->lit, f->side, tile, ss_wide_least(&least));
 }
 
-const ss_raster_tiler RUNG(ss_offers_limit) = {sided_visit, limit_begin, limit_draw,
-                                                  limit_room, limit_end};
+const ss_raster_tiler RUNG(ss_offers_limit) = {sided_visit, NULL, limit_begin, limit_draw,
+                                               limit_room, limit_end};
 
 /* ---- penumbra-volume ------------------------------------------------------------------------- */
 
 enum { VOLUME_BEGIN, VOLUME_END, VOLUME_TAG };
 
-static void volume_begin(const void *ctx, ss_raster_tile *tile) { face_begin(ctx, tile, 0); }
+static void volume_begin(const void *ctx, ss_raster_tile *tile) {
+    const ss_offer_face *f = ctx;
+    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, 0, NULL, 0); /* keys come with values */
+}
 
 /* Whether it stands before anything there: matters(). */
 SS_TILE_INLINE ss_wide_mask volume_matters(const ss_offer_face *f, const foot *at, ss_wide edge,
@@ -556,13 +542,24 @@ static void volume_end(const void *ctx, ss_raster_tile *tile) {
     }
 }
 
-const ss_raster_tiler RUNG(ss_offers_volume) = {sided_visit, volume_begin, volume_draw,
-                                                   volume_room, volume_end};
+static void volume_blank(const void *ctx, const ss_raster_tile *tile) {
+    const ss_offer_face *f = ctx;
+    for (int32_t row = 0; row < tile->height; row++) {
+        float *texel = f->texels + ((size_t)(tile->y + row) * f->side + (size_t)tile->x) * 8;
+        for (int32_t x = 0; x < tile->width; x++, texel += 8)
+            *(ss_eight_there *)texel = (ss_eight){SS_MAP_FAR};
+    }
+}
+
+const ss_raster_tiler RUNG(ss_offers_volume) = {sided_visit, volume_blank, volume_begin,
+                                                volume_draw, volume_room, volume_end};
 
 /* ---- penumbra-mask --------------------------------------------------------------------------- */
 
 static void mask_begin(const void *ctx, ss_raster_tile *tile) {
-    face_begin(ctx, tile, -SS_MAP_FAR);
+    const ss_offer_face *f = ctx;
+    const float first[] = {0};
+    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, -SS_MAP_FAR, first, 1);
 }
 
 SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,
@@ -626,5 +623,8 @@ static void mask_end(const void *ctx, ss_raster_tile *tile) {
     }
 }
 
-const ss_raster_tiler RUNG(ss_offers_mask) = {mask_visit, mask_begin, mask_draw, mask_room,
-                                                 mask_end};
+/* Texels begin without volumes. */
+static void mask_blank(const void *ctx, const ss_raster_tile *tile) { (void)ctx, (void)tile; }
+
+const ss_raster_tiler RUNG(ss_offers_mask) = {mask_visit, mask_blank, mask_begin, mask_draw,
+                                              mask_room, mask_end};

@@ -284,6 +284,10 @@ static void draw_tile(const band *b, uint32_t number, const span *of) {
     rooms r;
     tile.x = (int32_t)box[0], tile.y = (int32_t)box[1];
     tile.width = (int32_t)(box[2] - box[0]) + 1, tile.height = (int32_t)(box[3] - box[1]) + 1;
+    if (begin == end && tiler->blank) {
+        tiler->blank(s->ink->tiler_ctx, &tile);
+        return;
+    }
     tiler->begin(s->ink->tiler_ctx, &tile);
     for (uint32_t i = begin; i < end; i++) {
         const visit *v = &b->visits[b->order[i]];
