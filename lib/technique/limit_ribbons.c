@@ -153,7 +153,8 @@ softshadow_status ss_limit_ribbons(const ss_stage *stage, ss_limit_face *face,
     if (!status)
         status = ss_rim_find_hidden(stage, &rim, face->depth, face->side, -face->near, &unseen);
     style.hidden = unseen;
-    if (ss_limit_tiled(stage, face->side)) style.depth = face->depth, style.side = face->side;
+    style.depth = face->depth, style.side = face->side, style.past = -face->near;
+    style.sky = ss_limit_tiled(stage, face->side);
     if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
     if (!status) status = draw(stage, &r, polygons, count);
     ss_free(polygons), ss_free(unseen);

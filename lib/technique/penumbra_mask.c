@@ -151,7 +151,8 @@ static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_s
     m->rim = &rim;
     if (!status) status = ss_rim_find_hidden(stage, &rim, m->depth, m->side, m->near, &unseen);
     style.hidden = unseen;
-    if (ink.tiler && stage->raster->tiles) style.depth = m->depth, style.side = m->side;
+    style.depth = m->depth, style.side = m->side, style.past = m->near;
+    style.sky = ink.tiler && stage->raster->tiles;
     if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
     if (!status) {
         tiled.rows = rim.row, ink.tiler_ctx = &tiled;

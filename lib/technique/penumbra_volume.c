@@ -371,7 +371,7 @@ static softshadow_status draw_volumes(const ss_stage *stage, volumes *v,
     if (!status && !v->paper)
         status = ss_rim_find_hidden(stage, &rim, v->depth, v->side, -v->near, &unseen);
     style.hidden = unseen;
-    if (ink.tiler) style.depth = v->depth, style.side = v->side;
+    style.depth = v->depth, style.side = v->side, style.past = -v->near, style.sky = ink.tiler;
     if (!status) status = ss_rim_draw(&rim, &style, stage->pool, &polygons, &count);
     if (!status) {
         tiled.rows = rim.row, tiled.ends = (const float(*)[8])v->ends, ink.tiler_ctx = &tiled;

@@ -68,9 +68,10 @@ typedef struct ss_rim_style {
     const uint8_t *hidden; /* of each edge: a hidden one draws nothing, nor do corners between such;
                               or NULL: all are seen */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
-    const float *depth; /* of the map, `side` texels squared, where polygons are to be marked with
-                           SS_RIM_SKY; or NULL */
+    const float *depth; /* of the map, `side` texels squared; NULL: not looked at */
     uint32_t side;
+    bool sky;   /* polygons are to be marked with SS_RIM_SKY */
+    float past; /* as for ss_rim_find_hidden(): corners that hide as much draw nothing, either */
 } ss_rim_style;
 
 /* DISC: all around a vertex whose inside and outside the rim does not tell. */

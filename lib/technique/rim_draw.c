@@ -84,7 +84,8 @@ static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
 
 /* Silhouettes against nothing are those that matter most: what is known of all of an edge is not
  * looked up for each texel. */
-#define SKY_WAY   2.5     /* the farther of the two places of ss_rim_open() */
+#define SKY_NEAR  1.5     /* the two places of ss_rim_open() */
+#define SKY_WAY   2.5
 #define SKY_SLACK .0625   /* texels: snapping moves corners by 1/512, floats places by less */
 #define SKY_BULGE .1      /* of a piece's arc beyond its chord: SKY_WAY (1 - cos(PIECE / 2)) */
 #define SKY_MOST  16      /* texels along a side that are looked at */
@@ -95,16 +96,18 @@ typedef struct patch {
     double low[2], high[2];
 } patch;
 
+static const patch nowhere = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+
 static void spread(patch *p, double x, double y) {
     const double at[2] = {x, y};
     for (int k = 0; k < 2; k++)
         p->low[k] = fmin(p->low[k], at[k]), p->high[k] = fmax(p->high[k], at[k]);
 }
 
-static bool nothing_at(const artist *a, const patch *p, double slack) {
+/* Are all depths of a patch within low..high? Of a large one nobody knows. */
+static bool within(const artist *a, const patch *p, double slack, float low, float high) {
     const double most = a->style->side - 1.0;
     uint32_t from[2], to[2];
-    if (!a->style->depth) return false;
     for (int k = 0; k < 2; k++) {
         if (!(p->high[k] - p->low[k] < SKY_MOST)) return false;
         from[k] = (uint32_t)fmin(fmax(p->low[k] - slack, 0), most);
@@ -113,9 +116,13 @@ static bool nothing_at(const artist *a, const patch *p, double slack) {
     for (uint32_t y = from[1]; y <= to[1]; y++) {
         const float *row = a->style->depth + (size_t)y * a->style->side;
         for (uint32_t x = from[0]; x <= to[0]; x++)
-            if (row[x] != SS_MAP_FAR) return false;
+            if (!(low <= row[x] && row[x] <= high)) return false;
     }
     return true;
+}
+
+static bool nothing_at(const artist *a, const patch *p, double slack) {
+    return a->style->sky && within(a, p, slack, SS_MAP_FAR, SS_MAP_FAR);
 }
 
 /* What hangs on a strip's corners hangs on the edge there; or, where penumbrae are not as wide
@@ -123,7 +130,7 @@ static bool nothing_at(const artist *a, const patch *p, double slack) {
 static bool strip_open(const artist *a, const ss_rim_edge *edge, const double right[2],
                        const spot near[2], const spot far[2]) {
     const double wide = ss_rim_stretch(&a->rim->vertex[edge->vertex[0]], right);
-    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    patch p = nowhere;
     if (!(edge->length > SKY_LEAST)) return false;
     for (int i = 0; i < 4; i++) {
         const spot *at = i < 2 ? &near[i] : &far[i - 2];
@@ -137,10 +144,28 @@ static bool strip_open(const artist *a, const ss_rim_edge *edge, const double ri
 static bool piece_open(const artist *a, const ss_rim_vertex *at, const double ways[2][2],
                        uint32_t flags) {
     const double way = flags & SS_RIM_INSIDE ? -SKY_WAY : SKY_WAY;
-    patch p = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    patch p = nowhere;
     if (flags & SS_RIM_DISC) return false;
     for (int i = 0; i < 2; i++) spread(&p, at->x + way * ways[i][0], at->y + way * ways[i][1]);
     return nothing_at(a, &p, SKY_SLACK + SKY_BULGE);
+}
+
+/* Does light get nowhere past all of it? Offers would refuse every texel. */
+static bool piece_hidden(const artist *a, const ss_rim_vertex *at, const double ways[2][2],
+                         uint32_t flags) {
+    const float h = (float)at->h + a->style->past;
+    if (!a->style->hidden || !a->style->depth) return false;
+    for (int side = -1; side <= 1; side += 2) {
+        patch p = nowhere;
+        if (!(flags & SS_RIM_DISC) && (side < 0) != ((flags & SS_RIM_INSIDE) != 0)) continue;
+        for (int i = 0; i < 2; i++) {
+            spread(&p, at->x + side * SKY_NEAR * ways[i][0], at->y + side * SKY_NEAR * ways[i][1]);
+            spread(&p, at->x + side * SKY_WAY * ways[i][0], at->y + side * SKY_WAY * ways[i][1]);
+        }
+        if (!within(a, &p, SKY_SLACK + SKY_BULGE, -SS_MAP_FAR, nextafterf(h, -SS_MAP_FAR)))
+            return false;
+    }
+    return true;
 }
 
 /* ---- strips and corners --------------------------------------------------------------------- */
@@ -180,7 +205,7 @@ static void wedge(artist *a, uint32_t v, double from, double turn, uint32_t flag
         const double x = r * ways[1][0], y = r * ways[1][1];
         rim[1] = (spot){at->x + x, at->y + y,
                         {x, at->h, y, x * at->tangent[0] + y * at->tangent[1]}};
-        if (i > 0) {
+        if (i > 0 && !piece_hidden(a, at, ways, flags)) {
             const uint32_t open = piece_open(a, at, ways, flags) ? SS_RIM_SKY : 0;
             const spot piece[] = {tip, rim[0], rim[1]};
             polygon(a, piece, 3, SS_RIM_TAG * v + SS_RIM_CORNER + flags + open);
