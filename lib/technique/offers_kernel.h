@@ -557,9 +557,9 @@ const ss_raster_tiler RUNG(ss_offers_volume) = {sided_visit, volume_blank, volum
 /* ---- penumbra-mask --------------------------------------------------------------------------- */
 
 static void mask_begin(const void *ctx, ss_raster_tile *tile) {
-    const ss_offer_face *f = ctx;
     const float first[] = {0};
-    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, -SS_MAP_FAR, first, 1);
+    (void)ctx; /* no offer looks at the texel's own depth */
+    ss_tile_begin(tile, NULL, 0, SS_MAP_FAR, -SS_MAP_FAR, first, 1);
 }
 
 SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x, int32_t row,

@@ -199,15 +199,15 @@ SS_TILE_INLINE void ss_tile_read(const ss_raster_tile *tile, const float *plane,
     }
 }
 
-/* What a tile has at first: depths from the map, its keys, `none` in columns beyond the map, and
- * some of its values. */
+/* What a tile has at first: depths from the map, if there is one, its keys, `none` in columns beyond
+ * the map, and some of its values. */
 SS_TILE_INLINE void ss_tile_begin(ss_raster_tile *tile, const float *depth, uint32_t side,
                                   float key, float none, const float *value, int values) {
     const ss_wide first = SS_WIDE_ALL(key), last = SS_WIDE_ALL(none);
     ss_wide_ints lane;
     for (int i = 0; i < SS_LANES; i++) lane[i] = i;
     for (int32_t row = 0; row < tile->height; row++) {
-        ss_tile_read(tile, depth, side, row, tile->depth[row]);
+        if (depth) ss_tile_read(tile, depth, side, row, tile->depth[row]);
         for (int32_t x = 0; x < SS_RASTER_TILE; x += SS_LANES) {
             const ss_wide_ints within = lane + x < tile->width;
             *SS_TILE_AT(tile->key, row, x) = SS_WIDE_PICK(within, first, last);
