@@ -29,6 +29,7 @@
 #include <math.h>
 
 #include "base/cpu.h"
+#include "base/lanes.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "technique/answers.h"
@@ -86,8 +87,12 @@ static softshadow_status limit_rows(void *ctx, uint64_t begin, uint64_t end) {
 static softshadow_status floor_rows(void *ctx, uint64_t begin, uint64_t end) {
     const limiting *l = ctx;
     const ss_limit_face *r = l->face;
-    for (size_t i = begin * r->side; i < end * r->side; i++) {
-        if (l->above[i] < SS_MAP_FAR)
+    const ss_floats far = ss_floats_all(SS_MAP_FAR);
+    const size_t last = end * r->side;
+    for (size_t i = begin * r->side; i < last; i++) {
+        for (; i + 4 <= last; i += 4) /* most texels are not inside of anything */
+            if (ss_floats_bits((ss_ints)(ss_floats_load(l->above + i) < far))) break;
+        if (i < last && l->above[i] < SS_MAP_FAR)
             r->texels[i * LIMIT_CHANNELS + LIMIT_B] = floor_of(r, i, l->lower[i]);
     }
     return SOFTSHADOW_OK;
