@@ -187,47 +187,53 @@ const ss_raster_tiler RUNG(ss_offers_outer) = {outer_visit, NULL, outer_begin, o
 
 SS_TILE_INLINE ss_wide size_of(ss_wide x) { return (ss_wide)((ss_wide_ints)x & INT32_MAX); }
 
-/* ss_rim_foot */
-typedef struct foot {
-    ss_wide away, place[2], outwards[2];
+/* How far it is from it, the sign as ss_rim_foot has it, and which lanes are inside. */
+typedef struct reach {
+    ss_wide away;
     ss_wide_mask inside;
-    ss_wide_mask close; /* to its vertex: outwards is not known well */
+} reach;
+
+SS_TILE_INLINE void strip_reach(const ss_wide a[SS_RASTER_ATTRIBUTES], reach *out) {
+    const ss_wide zero = {0};
+    out->away = a[0], out->inside = SS_WIDE_IS_LESS(a[0], zero);
+}
+
+/* Of corners; what is inside of them the tag says or, for discs, what covers the texel. */
+SS_TILE_INLINE void corner_reach(const ss_wide a[SS_RASTER_ATTRIBUTES], uint32_t tag,
+                                 ss_wide_mask covered, reach *out) {
+    const ss_wide_mask all = (ss_wide_mask)~SS_WIDE_NONE;
+    out->inside = tag & SS_RIM_DISC ? covered : tag & SS_RIM_INSIDE ? all : SS_WIDE_NONE;
+    corner_away(a, &out->away);
+    out->away = SS_WIDE_CHOOSE(out->inside, -out->away, out->away);
+}
+
+/* The rest of ss_rim_foot. */
+typedef struct foot {
+    ss_wide place[2], outwards[2];
 } foot;
 
-SS_TILE_INLINE void strip_foot(const float *rim, int32_t x, int32_t y, const ss_wide *away,
-                               foot *out) {
+SS_TILE_INLINE void strip_foot(const float *rim, int32_t x, int32_t y, const reach *r, foot *out) {
     ss_wide_ints lane;
     for (int i = 0; i < SS_LANES; i++) lane[i] = x + i;
     const ss_wide column = __builtin_convertvector(lane, ss_wide) + .5f;
-    const ss_wide along = rim[SS_RIM_WIDE] * *away, zero = {0};
+    const ss_wide along = rim[SS_RIM_WIDE] * r->away;
     const float row = (float)y + .5f;
-    out->away = *away;
     out->place[0] = column - along * rim[SS_RIM_RIGHT];
     out->place[1] = row - along * rim[SS_RIM_RIGHT + 1];
     for (int k = 0; k < 2; k++) out->outwards[k] = SS_WIDE_ALL(rim[SS_RIM_RIGHT + k]);
-    out->inside = SS_WIDE_IS_LESS(*away, zero), out->close = SS_WIDE_NONE;
 }
 
 SS_TILE_INLINE void corner_foot(const float *rim, const ss_wide a[SS_RASTER_ATTRIBUTES],
-                                const ss_wide *away, const ss_wide_mask *inside, foot *out) {
-    const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, square = a[0] * a[0] + a[2] * a[2];
-    const ss_wide sign = SS_WIDE_CHOOSE(*inside, -one, one);
+                                const ss_wide *square, const reach *r, foot *out) {
+    const ss_wide one = SS_WIDE_ALL(1.f), zero = {0};
+    const ss_wide sign = SS_WIDE_CHOOSE(r->inside, -one, one);
     ss_wide length;
-    root_of(&square, &length);
+    root_of(square, &length);
     const ss_wide per = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, length), sign / length, zero);
-    out->away = sign * *away;
     out->outwards[0] = a[0] * per, out->outwards[1] = a[2] * per;
     for (int k = 0; k < 2; k++) out->place[k] = SS_WIDE_ALL(rim[SS_RIM_PLACE + k]);
-    out->inside = *inside, out->close = SS_WIDE_IS_LESS(square, one);
 }
 
-/* Of corners: what is inside of them, as the tag or, for discs, what covers the texel says. */
-SS_TILE_INLINE ss_wide_mask corner_inside(uint32_t tag, ss_wide_mask covered) {
-    if (tag & SS_RIM_DISC) return covered;
-    return tag & SS_RIM_INSIDE ? (ss_wide_mask)~SS_WIDE_NONE : SS_WIDE_NONE;
-}
-
-/* ss_rim_open(), and whether it needs to be looked up. */
 SS_TILE_INLINE void depth_past(const ss_offer_face *f, const foot *at, float way, ss_wide *out) {
     const ss_wide most = SS_WIDE_ALL((float)(f->side - 1)), zero = {0};
     ss_wide x = at->place[0] + way * at->outwards[0], y = at->place[1] + way * at->outwards[1];
@@ -239,14 +245,30 @@ SS_TILE_INLINE void depth_past(const ss_offer_face *f, const foot *at, float way
     ss_wide_gather(f->depth, &index, out);
 }
 
-SS_TILE_INLINE void open_past(const ss_offer_face *f, const foot *at, uint32_t tag,
-                              ss_wide *out) {
+/* ss_rim_open() of the lanes that may: known under open sky, but within a texel of a corner, where
+ * outwards is not known well; the nearer place alone where it is deeper than `enough`. */
+SS_TILE_INLINE void open_past(const ss_offer_face *f, const ss_raster_tile *tile, int32_t x,
+                              int32_t row, const ss_wide a[SS_RASTER_ATTRIBUTES],
+                              const reach *from, uint32_t tag, const ss_wide_mask *may,
+                              ss_wide enough, ss_wide *out) {
+    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
+    const ss_wide one = SS_WIDE_ALL(1.f), square = a[0] * a[0] + a[2] * a[2];
+    const bool corner = tag & SS_RIM_CORNER, sky = tag & SS_RIM_SKY;
+    foot at;
     ss_wide near, far;
     *out = SS_WIDE_ALL(SS_MAP_FAR);
-    if (tag & SS_RIM_SKY && !ss_wide_any(at->close)) return;
-    depth_past(f, at, 1.5f, &near), depth_past(f, at, 2.5f, &far);
+    if (sky && !(corner && ss_wide_any(SS_WIDE_IS_LESS(square, one)))) return;
+    if (corner)
+        corner_foot(rim, a, &square, from, &at);
+    else
+        strip_foot(rim, tile->x + x, tile->y + row, from, &at);
+    depth_past(f, &at, 1.5f, &near);
+    *out = near;
+    if (!ss_wide_any(*may & ~SS_WIDE_IS_LESS(enough, near))) return;
+    depth_past(f, &at, 2.5f, &far);
     *out = SS_WIDE_MORE(near, far);
 }
+#define UNDER_SKY (SS_MAP_FAR * (1 - 0x1p-10f)) /* nothing is as deep but SS_MAP_FAR */
 
 /* The most of two sums over a tile's texels, begun at 0. */
 SS_TILE_INLINE void most_of(const ss_wide sum[2], float most[2]) {
@@ -305,27 +327,23 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     const ss_offer_face *f = ctx;
     const ss_wide depth = CONSTANT_AT(tile->depth, row, x), c = a[1], zero = {0};
     const ss_wide before = CONSTANT_AT(tile->key, row, x);
-    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
-    const bool corner = tag & SS_RIM_CORNER;
-    ss_wide_mask inside = SS_WIDE_IS_LESS(a[0], zero);
-    if (corner) inside = corner_inside(tag, SS_WIDE_IS_LESS(depth, c + f->near));
     const ss_wide most = SS_WIDE_MORE(SS_WIDE_ALL(f->far), c + f->near);
     ss_wide_mask may = *in;
     if (!f->paper) may &= ~too_far(a, before * (most - c) * f->texels_per, tag);
     if (!ss_wide_any(may)) return;
-    ss_wide away = a[0], open;
-    foot at;
-    if (corner)
-        corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
+    ss_wide open;
+    reach from;
+    if (tag & SS_RIM_CORNER)
+        corner_reach(a, tag, SS_WIDE_IS_LESS(depth, c + f->near), &from);
     else
-        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
-    const ss_wide q = at.away * f->per_texel, size = size_of(q);
+        strip_reach(a, &from);
+    const ss_wide q = from.away * f->per_texel, size = size_of(q);
     const ss_wide_mask outside = SS_WIDE_IS_LESS(zero, q);
     const ss_wide receiver = limit_receiver(f, depth, c, outside);
     const ss_wide wide = f->paper ? c + size : size / (receiver - c);
     may &= SS_WIDE_IS_LESS(wide, before) & (~outside | limit_outside(f, depth, c, q));
     if (!ss_wide_any(may)) return;
-    open_past(f, &at, tag, &open);
+    open_past(f, tile, x, row, a, &from, tag, &may, SS_WIDE_ALL(UNDER_SKY), &open);
     const ss_wide key = f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
     const ss_wide_mask better =
         may & ~SS_WIDE_IS_LESS(open, c - f->near) & SS_WIDE_IS_LESS(key, before);
@@ -414,7 +432,7 @@ static void volume_begin(const void *ctx, ss_raster_tile *tile) {
 }
 
 /* Whether it stands before anything there: matters(). */
-SS_TILE_INLINE ss_wide_mask volume_matters(const ss_offer_face *f, const foot *at, ss_wide edge,
+SS_TILE_INLINE ss_wide_mask volume_matters(const ss_offer_face *f, const reach *at, ss_wide edge,
                                            ss_wide depth, ss_wide rise, ss_wide open) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, above = edge - f->near;
     const ss_wide below = edge + f->steep - f->near * at->away, begun = edge + rise;
@@ -425,7 +443,7 @@ SS_TILE_INLINE ss_wide_mask volume_matters(const ss_offer_face *f, const foot *a
 }
 
 /* end_of() but for the paper's way. */
-SS_TILE_INLINE ss_wide volume_end_of(const ss_offer_face *f, const foot *at, ss_wide edge,
+SS_TILE_INLINE ss_wide volume_end_of(const ss_offer_face *f, const reach *at, ss_wide edge,
                                      ss_wide depth, ss_wide open) {
     const ss_wide one = SS_WIDE_ALL(1.f), zero = {0}, far = SS_WIDE_ALL(SS_MAP_FAR);
     const ss_wide sunk = edge + f->steep;
@@ -442,20 +460,18 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_offer_face *f = ctx;
     const ss_wide depth = CONSTANT_AT(tile->depth, row, x), edge = a[1], zero = {0};
     const ss_wide before = CONSTANT_AT(tile->key, row, x), near = SS_WIDE_ALL(f->near);
-    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
-    const bool corner = tag & SS_RIM_CORNER;
     const ss_wide gap = SS_WIDE_ALL(f->far) - edge, deepest = SS_WIDE_MORE(gap, near);
     ss_wide_mask may = *in;
     if (!f->paper) may &= ~too_far(a, before * deepest * f->texels_per, tag);
     if (!ss_wide_any(may)) return;
-    ss_wide away = a[0], open;
-    foot at;
-    if (corner) {
-        const ss_wide_mask covered = SS_WIDE_IS_LESS(depth, edge + f->steep);
-        const ss_wide_mask inside = corner_inside(tag, covered);
-        corner_away(a, &away), corner_foot(rim, a, &away, &inside, &at);
+    ss_wide open;
+    reach at;
+    if (tag & SS_RIM_CORNER) {
+        const ss_wide square = a[0] * a[0] + a[2] * a[2];
+        corner_reach(a, tag, SS_WIDE_IS_LESS(depth, edge + f->steep), &at);
+        may &= SS_WIDE_IS_LESS(zero, square); /* on the vertex there is no outwards */
     } else {
-        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
+        strip_reach(a, &at);
     }
     const ss_wide size = size_of(at.away), beyond = size - 2, climbed = beyond * f->climb;
     const ss_wide rise = SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, beyond), climbed, zero);
@@ -464,10 +480,9 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_wide receiver = SS_WIDE_CHOOSE(short_of, depth, far), to = receiver - edge;
     const ss_wide least = SS_WIDE_MORE(to, near);
     const ss_wide key = f->paper ? edge + rise : size * f->per_texel / least;
-    const ss_wide nowhere = size_of(at.outwards[0]) + size_of(at.outwards[1]);
-    may &= SS_WIDE_IS_LESS(key, before) & SS_WIDE_IS_LESS(zero, nowhere);
+    may &= SS_WIDE_IS_LESS(key, before);
     if (!ss_wide_any(may)) return;
-    open_past(f, &at, tag, &open);
+    open_past(f, tile, x, row, a, &at, tag, &may, SS_WIDE_ALL(UNDER_SKY), &open);
     if (!f->paper) may &= volume_matters(f, &at, edge, depth, rise, open);
     if (!ss_wide_any(may)) return;
     const ss_wide one = SS_WIDE_ALL(1.f), begin = edge + rise;
@@ -568,27 +583,24 @@ SS_TILE_INLINE void mask_offer(const void *ctx, ss_raster_tile *tile, int32_t x,
     const ss_offer_face *f = ctx;
     const ss_wide edge = a[1], zero = {0}, before = CONSTANT_AT(tile->key, row, x);
     const ss_wide other = CONSTANT_AT(tile->value[0], row, x);
-    const float *rim = f->rows + (size_t)ss_rim_number(tag) * SS_RIM_ROW;
-    const bool corner = tag & SS_RIM_CORNER;
     const ss_wide to = (before - edge) * f->texels_per + 2.5f;
     ss_wide_mask may = *in & ~too_far(a, to, tag) & ~SS_WIDE_IS_LESS(before, edge);
     if (!ss_wide_any(may)) return;
-    ss_wide away = a[0], open;
-    if (corner) corner_away(a, &away);
-    const ss_wide beyond = size_of(away) - 2, climbed = beyond * f->per_texel;
+    ss_wide open;
+    reach from;
+    if (tag & SS_RIM_CORNER)
+        corner_reach(a, tag, SS_WIDE_NONE, &from);
+    else
+        strip_reach(a, &from);
+    const ss_wide beyond = size_of(from.away) - 2, climbed = beyond * f->per_texel;
     const ss_wide begins = edge + SS_WIDE_CHOOSE(SS_WIDE_IS_LESS(zero, beyond), climbed, zero);
     /* the order of edges that meet must not matter */
     may &= SS_WIDE_IS_LESS(begins, before) |
            (~SS_WIDE_IS_LESS(before, begins) & SS_WIDE_IS_LESS(edge, other));
     if (!ss_wide_any(may)) return;
-    foot at;
-    const ss_wide_mask inside = corner_inside(tag, SS_WIDE_NONE);
-    if (corner)
-        corner_foot(rim, a, &away, &inside, &at);
-    else
-        strip_foot(rim, tile->x + x, tile->y + row, &away, &at);
-    open_past(f, &at, tag, &open);
-    may &= SS_WIDE_IS_LESS(edge + f->near, open);
+    const ss_wide least = edge + f->near;
+    open_past(f, tile, x, row, a, &from, tag, &may, least, &open);
+    may &= SS_WIDE_IS_LESS(least, open);
     keep_value(tile->key, row, x, may, begins);
     keep_value(tile->value[0], row, x, may, edge);
 }

@@ -80,10 +80,10 @@ static bool leave_edge(const artist *a, uint32_t e, double side, double m[2]) {
                  wide * width_of(a, edge->vertex[1]), a->style->tangent, m);
 }
 
-/* ---- open sky ------------------------------------------------------------------------------- */
+/* ---- what light gets past ------------------------------------------------------------------- */
 
 /* Silhouettes against nothing are those that matter most: what is known of all of an edge is not
- * looked up for each texel. */
+ * looked up for each texel. Nor is what hides all of a corner's piece. */
 #define SKY_NEAR  1.5     /* the two places of ss_rim_open() */
 #define SKY_WAY   2.5
 #define SKY_SLACK .0625   /* texels: snapping moves corners by 1/512, floats places by less */

@@ -66,7 +66,7 @@ SS_TILE_INLINE void ss_tile_walk(ss_raster_tile *tile, const ss_scan *s, ss_tile
         ss_tile_columns(tile, s, &b, first, shape, tag, offer, ctx);
 }
 
-/* ---- which tiles a polygon touches,  some of a row of them at a time ------------------------- */
+/* ---- which tiles a polygon touches, some of a row of them at a time ------------------------- */
 
 /* As many as a register has doubles; on the least instruction set one by one are faster. */
 #if SS_FOURS > 1
