@@ -64,7 +64,8 @@ typedef struct ss_rim_style {
     const void *ctx;
     bool tangent; /* strips touch the circles of these widths around their ends, as sheets touch cones;
                      else they are perpendicular to the edge */
-    bool inside;  /* draw both sides */
+    bool inside; /* draw both sides */
+    bool alike;  /* as one strip, perpendicular to the edge, which no tag calls inside */
     const uint8_t *hidden; /* of each edge: a hidden one draws nothing, nor do corners between such;
                               or NULL: all are seen */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */

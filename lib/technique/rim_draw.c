@@ -181,7 +181,9 @@ static void strip(artist *a, uint32_t e, double side) {
     for (int i = 0; i < 2; i++) {
         const ss_rim_vertex *v = &a->rim->vertex[edge->vertex[i]];
         const double w = width_of(a, edge->vertex[i]), wide = w * ss_rim_stretch(v, right);
-        near[i] = (spot){v->x, v->y, {0, v->h}};
+        const double back = a->style->alike ? -1 : 0; /* how much of it on the other side */
+        near[i] = (spot){v->x + back * wide * m[0], v->y + back * wide * m[1],
+                         {back * side * w, v->h}};
         far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
     }
     const bool open = strip_open(a, edge, right, near, far);
@@ -305,7 +307,7 @@ static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
 static void draw_edge(artist *a, uint32_t e) {
     if (hidden(a, e)) return;
     strip(a, e, 1);
-    if (a->style->inside) strip(a, e, -1);
+    if (a->style->inside && !a->style->alike) strip(a, e, -1);
 }
 
 static void draw_vertex(artist *a, uint32_t v) {
