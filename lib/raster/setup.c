@@ -6,6 +6,7 @@
 #include "raster/setup.h"
 
 #include <math.h>
+#include <string.h>
 
 bool ss_scan_snap(ss_scan *scan, const ss_scan_corner corner[3], uint32_t resolution) {
     for (int i = 0; i < 3; i++) {
@@ -84,6 +85,13 @@ bool ss_scan_quad(ss_scan *s, const ss_scan_corner corner[4], uint32_t resolutio
     quad_lines(s, p, way);
     quad_gradients(s, corner);
     return true;
+}
+
+void ss_scan_share(ss_scan *half, const ss_scan *whole) {
+    const ss_scan own = *half;
+    *half = *whole;
+    memcpy(half->x, own.x, sizeof half->x);
+    memcpy(half->y, own.y, sizeof half->y);
 }
 
 bool ss_scan_block_set(ss_scan_block *b, const ss_scan *s) {

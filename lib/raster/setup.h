@@ -140,6 +140,8 @@ static inline void ss_scan_lines(ss_scan *s) {
 /* A convex quadrilateral with its lines and the gradients of all attributes; false: it covers no
  * texel, or is not convex once it is snapped, and has to be drawn as two triangles. */
 bool ss_scan_quad(ss_scan *scan, const ss_scan_corner corner[4], uint32_t resolution);
+/* To one of the two, the bits that the whole has at each texel. */
+void ss_scan_share(ss_scan *half, const ss_scan *whole);
 
 /* One edge inside one block: its value at the block's first centre, and its steps. A texel is
  * inside where no edge's value is negative. */

@@ -76,7 +76,7 @@ static void keep(void *ctx, uint32_t x, uint32_t y, float key, const float value
 static float least_limit(const void *ctx, uint32_t tag, const float *low, const float *high,
                          int *kind) {
     const ss_limit_face *f = ((const ribbons *)ctx)->face;
-    *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+    *kind = ss_rim_reaches_in(tag, low);
     return f->highest ? 0 : ss_rim_least(tag, low, high) * f->per_texel;
 }
 

@@ -58,7 +58,7 @@ SS_TILE_INLINE void rim_least(uint32_t tag, const ss_tile_bounds *of, ss_tile_fl
 }
 
 /* least_rise() of outer.c, of a plain pen. */
-SS_TILE_INLINE int outer_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+SS_TILE_INLINE uint32_t outer_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
                                ss_tile_floats *out) {
     const ss_outer_sheet *s = ctx;
     rim_least(tag, of, out);
@@ -66,17 +66,18 @@ SS_TILE_INLINE int outer_least(const void *ctx, uint32_t tag, const ss_tile_boun
     return 0;
 }
 
-/* Of techniques that tell the inside from the outside, which is kind 0; a disc may be inside. */
-SS_TILE_INLINE int sided_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+/* Of techniques that tell the inside from the outside, which is kind 0: ss_rim_reaches_in(). */
+SS_TILE_INLINE uint32_t sided_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
                                ss_tile_floats *out) {
     const ss_offer_face *f = ctx;
     rim_least(tag, of, out);
     *out = f->paper ? (ss_tile_floats){0} : *out * f->per_texel;
-    return (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+    if (!(tag & SS_RIM_CORNER)) return ss_tile_bits(of->low[0] < 0);
+    return tag & (SS_RIM_INSIDE | SS_RIM_DISC) ? ~0u : 0;
 }
 
 /* least_rise() of penumbra_mask.c */
-SS_TILE_INLINE int mask_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+SS_TILE_INLINE uint32_t mask_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
                               ss_tile_floats *out) {
     const ss_offer_face *f = ctx;
     rim_least(tag, of, out);

@@ -128,7 +128,7 @@ static double width(const void *ctx, const ss_rim_vertex *vertex) {
 }
 
 static softshadow_status draw_mask(const ss_stage *stage, masking *m, const ss_silhouette *found) {
-    ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true, .alike = true};
+    ss_rim_style style = {.width = width, .ctx = m->frame, .inside = true};
     const float words[] = {m->per_texel, m->near};
     ss_raster_ink ink = {.shade = shade,
                          .ctx = m,

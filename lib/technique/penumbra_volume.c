@@ -158,7 +158,7 @@ static void shade(void *ctx, const ss_raster_run *run) {
 static float least_away(const void *ctx, uint32_t tag, const float *low, const float *high,
                         int *kind) {
     const volumes *v = ctx;
-    *kind = (tag & (SS_RIM_INSIDE | SS_RIM_DISC)) != 0;
+    *kind = ss_rim_reaches_in(tag, low);
     return v->paper ? 0 : ss_rim_least(tag, low, high) * v->per_texel;
 }
 

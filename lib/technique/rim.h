@@ -64,8 +64,7 @@ typedef struct ss_rim_style {
     const void *ctx;
     bool tangent; /* strips touch the circles of these widths around their ends, as sheets touch cones;
                      else they are perpendicular to the edge */
-    bool inside; /* draw both sides */
-    bool alike;  /* as one strip, perpendicular to the edge, which no tag calls inside */
+    bool inside; /* draw both sides; a strip then is one, perpendicular to its edge */
     const uint8_t *hidden; /* of each edge: a hidden one draws nothing, nor do corners between such;
                               or NULL: all are seen */
     bool average; /* where more than two edges meet: pieces towards the mean normal, not a disc */
@@ -75,7 +74,7 @@ typedef struct ss_rim_style {
     float past; /* as for ss_rim_find_hidden(): corners that hide as much draw nothing, either */
 } ss_rim_style;
 
-/* DISC: all around a vertex whose inside and outside the rim does not tell. */
+/* INSIDE: of corners. DISC: all around a vertex whose inside and outside the rim does not tell. */
 enum { SS_RIM_CORNER = 1, SS_RIM_INSIDE = 2, SS_RIM_DISC = 4, SS_RIM_TAG = 8 };
 /* Only where it is asked for: light gets past as far as it likes, ss_rim_open() is SS_MAP_FAR for
  * all that hangs on it, of a corner from a texel away on. */
@@ -98,6 +97,11 @@ static inline float ss_rim_least(uint32_t tag, const float *low, const float *hi
     const float y = low[2] > 0 ? low[2] : high[2] < 0 ? -high[2] : 0;
     const float lean = fmaxf(fabsf(low[3]), fabsf(high[3])), square = x * x + y * y;
     return square > 0 ? square / sqrtf(square + lean * lean) * (1 - 0x1p-16f) : 0;
+}
+
+/* Can something with such attributes be inside? */
+static inline bool ss_rim_reaches_in(uint32_t tag, const float *low) {
+    return tag & SS_RIM_CORNER ? tag & (SS_RIM_INSIDE | SS_RIM_DISC) : low[0] < 0;
 }
 
 /* What texel i of a run hangs on. */

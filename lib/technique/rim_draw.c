@@ -172,24 +172,22 @@ static bool piece_hidden(const artist *a, const ss_rim_vertex *at, const double 
 
 /* Both widths are stretched alike, as the edge's line has one tangent: its numbers vary
  * linearly. */
-static void strip(artist *a, uint32_t e, double side) {
+static void strip(artist *a, uint32_t e) {
     const ss_rim_edge *edge = &a->rim->edge[e];
     double m[2];
-    if (!leave_edge(a, e, side, m)) return;
+    if (!leave_edge(a, e, 1, m)) return;
     const double right[2] = {edge->along[1], -edge->along[0]};
     spot near[2], far[2];
     for (int i = 0; i < 2; i++) {
         const ss_rim_vertex *v = &a->rim->vertex[edge->vertex[i]];
         const double w = width_of(a, edge->vertex[i]), wide = w * ss_rim_stretch(v, right);
-        const double back = a->style->alike ? -1 : 0; /* how much of it on the other side */
-        near[i] = (spot){v->x + back * wide * m[0], v->y + back * wide * m[1],
-                         {back * side * w, v->h}};
-        far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {side * w, v->h}};
+        const double in = a->style->inside ? -1 : 0;
+        near[i] = (spot){v->x + in * wide * m[0], v->y + in * wide * m[1], {in * w, v->h}};
+        far[i] = (spot){v->x + wide * m[0], v->y + wide * m[1], {w, v->h}};
     }
     const bool open = strip_open(a, edge, right, near, far);
-    const uint32_t tag =
-        SS_RIM_TAG * e + (side < 0 ? SS_RIM_INSIDE : 0) + (open ? SS_RIM_SKY : 0);
-    polygon(a, (const spot[]){near[0], near[1], far[1], far[0]}, 4, tag);
+    polygon(a, (const spot[]){near[0], near[1], far[1], far[0]}, 4,
+            SS_RIM_TAG * e + (open ? SS_RIM_SKY : 0));
 }
 
 /* A piece of the disc around a vertex, from angle `from` on by `turn` (either sign). */
@@ -305,9 +303,7 @@ static void crowded(artist *a, const uint32_t *edges, size_t n, uint32_t v) {
 /* ---- all ------------------------------------------------------------------------------------ */
 
 static void draw_edge(artist *a, uint32_t e) {
-    if (hidden(a, e)) return;
-    strip(a, e, 1);
-    if (a->style->inside && !a->style->alike) strip(a, e, -1);
+    if (!hidden(a, e)) strip(a, e);
 }
 
 static void draw_vertex(artist *a, uint32_t v) {

@@ -79,8 +79,8 @@ typedef struct ss_tile_bounds {
     ss_tile_floats low[SS_RASTER_ATTRIBUTES], high[SS_RASTER_ATTRIBUTES];
 } ss_tile_bounds;
 
-/* The ink's `least`; gives the kind. */
-typedef int ss_tile_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
+/* The ink's `least`; gives the kinds, a bit for each. */
+typedef uint32_t ss_tile_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
                           ss_tile_floats *least);
 
 #define SS_TILE_PICK(mask, yes, no)                                                               \
@@ -169,13 +169,13 @@ SS_TILE_INLINE uint32_t ss_tile_visits(const ss_scan *s, uint32_t tag, const ss_
             ss_tile_bounds of;
             ss_tile_floats least;
             ss_tile_bound(s, &b, shape.used, &of);
-            const int kind = least_of(ctx, tag, &of, &least);
+            const uint32_t kinds = least_of(ctx, tag, &of, &least);
             for (; in; in &= in - 1) {
                 const int i = __builtin_ctz(in);
                 out[count++] = (ss_raster_visit){
                     .part = part,
                     .tile = (uint16_t)((uint32_t)row * band->across + (uint32_t)(column + i)),
-                    .kind = (uint8_t)kind,
+                    .kind = (uint8_t)(kinds >> i & 1),
                     .least = ((const float *)&least)[i],
                     .nearest = ((const float *)&of.low[1])[i]};
             }

@@ -162,12 +162,16 @@ static softshadow_status add_polygon(const ss_raster_polygon *polygon, uint32_t 
                                       ss_walk_list *list) {
     ss_scan_corner corner[SS_CLIP_MOST];
     const int count = ss_raster_polygon_corners(polygon, corner);
+    const bool quad = polygon->corners == 4 && count == 4;
+    ss_scan whole;
+    const bool shared = quad && ss_scan_quad(&whole, corner, resolution);
     softshadow_status status = SOFTSHADOW_OK;
     for (int i = 2; i < count && !status; i++) {
         const ss_scan_corner part[3] = {corner[0], corner[i - 1], corner[i]};
         ss_scan scan;
         if (!ss_scan_snap(&scan, part, resolution)) continue;
-        ss_scan_gradients(&scan, part, SS_RASTER_ATTRIBUTES);
+        if (shared) ss_scan_share(&scan, &whole);
+        else ss_scan_gradients(&scan, part, SS_RASTER_ATTRIBUTES);
         status = ss_walk_list_add(list, &scan, polygon->tag, 0);
     }
     return status;
