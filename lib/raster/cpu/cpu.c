@@ -107,7 +107,8 @@ static inline bool draw_small(const drawing *d, size_t t, const ss_scan_rows *to
         return true;
     }
     const float least = least3(plain.h), most = most3(plain.h) + d->most_bias; /* of what is stored */
-    if (ss_scan_hidden(&scan, to, least, most)) return true;
+    /* few are below two layers: to ask costs more than it spares */
+    if (!to->second && ss_scan_hidden(&scan, to, least, most)) return true;
     const double x[3] = {plain.x[0], plain.x[1], plain.x[2]},
                  y[3] = {plain.y[0], plain.y[1], plain.y[2]},
                  h[3] = {plain.h[0], plain.h[1], plain.h[2]};
