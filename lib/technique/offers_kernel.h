@@ -429,7 +429,8 @@ enum { VOLUME_BEGIN, VOLUME_END, VOLUME_TAG };
 
 static void volume_begin(const void *ctx, ss_raster_tile *tile) {
     const ss_offer_face *f = ctx;
-    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, 0, NULL, 0); /* keys come with values */
+    const float first[] = {0, 0, 0}; /* read with a key only, but for what checkers can tell */
+    ss_tile_begin(tile, f->depth, f->side, SS_MAP_FAR, 0, first, 3);
 }
 
 /* Whether it stands before anything there: matters(). */
