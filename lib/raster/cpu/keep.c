@@ -47,7 +47,6 @@ static uint32_t parts_of(const ss_raster_polygon *p) {
 static const ss_scan nothing = {.first_x = 1};
 
 static void set_up_part(const sketch *s, const ss_scan_corner part[3], ss_scan *scan) {
-    *scan = nothing;
     if (!ss_scan_snap(scan, part, s->resolution) || ss_scan_area(scan) == 0) {
         *scan = nothing;
         return;

@@ -133,12 +133,11 @@ void ss_scan_small(const ss_scan *s, const ss_scan_rows *to, float bias) {
 bool ss_scan_hidden(const ss_scan *s, const ss_scan_rows *to, float least_h, float most_h) {
     const int32_t bottom = greatest(s->first_y, to->first), top = least(s->last_y, to->last);
     const floats h = all_floats(least_h), deepest = all_floats(most_h);
-    const float *last = to->second ? to->second : to->plane;
     for (int32_t y = bottom; y <= top; y++) {
         const size_t first = (size_t)y * to->resolution;
         for (int32_t x = s->first_x; x <= s->last_x; x += LANES) {
             const int32_t n = (int32_t)to->resolution - x;
-            ints open = (ints)(h < load(last + first + (size_t)x, n));
+            ints open = (ints)(h < load(to->plane + first + (size_t)x, n));
             if (to->above)
                 open &= (ints)(below(to, load(to->above + first + (size_t)x, n)) < deepest);
             if (ss_floats_bits(open)) return false;
@@ -247,6 +246,7 @@ static void shade_masked(void *ctx, const ss_raster_run *run) {
         const float h = run->attribute[0][i] + m->bias;
         double weight[3];
         if (!(h < last[at])) continue;
+        if (to->above && !(h > below(to, all_floats(to->above[at]))[0])) continue;
         weights_at(m->scan, (int32_t)(run->x + i), (int32_t)run->y, weight);
         if (m->keep(m->ctx, weight)) keep_depth(to, at, 1, (ints){-1}, all_floats(h));
     }

@@ -159,7 +159,7 @@ static softshadow_status stop(ss_egl_job *job, ss_egl_context *c) {
 /* ---- on the caller's ------------------------------------------------------------------------- */
 
 static softshadow_status add_polygon(const ss_raster_polygon *polygon, uint32_t resolution,
-                                      ss_walk_list *list) {
+                                     ss_walk_list *list) {
     ss_scan_corner corner[SS_CLIP_MOST];
     const int count = ss_raster_polygon_corners(polygon, corner);
     const bool quad = polygon->corners == 4 && count == 4;
