@@ -3,6 +3,7 @@
 #ifndef SS_BASE_LANES_H
 #define SS_BASE_LANES_H
 
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -68,6 +69,11 @@ static inline void ss_floats_turn(ss_floats *a, ss_floats *b, ss_floats *c, ss_f
     *b = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
     *c = __builtin_shufflevector(AB, CD, 0, 1, 4, 5);
     *d = __builtin_shufflevector(AB, CD, 2, 3, 6, 7);
+}
+/* Places x to x + 3 of four channels, as four texels. */
+static inline void ss_floats_weave(const float *const channel[4], size_t x, ss_floats texel[4]) {
+    for (int c = 0; c < 4; c++) texel[c] = ss_floats_load(channel[c] + x);
+    ss_floats_turn(&texel[0], &texel[1], &texel[2], &texel[3]);
 }
 
 #endif

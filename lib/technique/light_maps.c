@@ -23,7 +23,7 @@ static void bias_depth(ss_light_maps *maps, uint32_t face, double length) {
     }
 }
 
-const float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer) {
+float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer) {
     const size_t n = maps->texels / maps->frames.count;
     if (layer == 0) return maps->depth + face * n;
     return maps->below + (layer - 1) * maps->texels + face * n;
@@ -50,7 +50,7 @@ static softshadow_status draw_depth(const ss_stage *stage, const ss_light_maps_w
         };
         float *layer[SS_MOST_LAYERS];
         for (uint32_t l = 0; l <= wish->below; l++)
-            layer[l] = (float *)ss_light_maps_layer(maps, face, l);
+            layer[l] = ss_light_maps_layer(maps, face, l);
         const double start = ss_clock();
         const softshadow_status status =
             stage->raster->depth(&casters, layer, wish->below + 1, stage->pool);
@@ -67,17 +67,30 @@ static softshadow_status no_memory(const ss_light_maps *maps) {
                    maps->frames.count, maps->frames.resolution, maps->frames.resolution);
 }
 
-static softshadow_status build_maps(const ss_stage *stage, const ss_light_maps_wish *wish,
-                                    ss_light_maps *maps) {
+softshadow_status ss_light_maps_fit(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                    void **state) {
     const ss_params *params = stage->params;
     ss_fit fit = {.world = stage->world, .light = stage->light, .resolution = params->resolution,
                   .bounded = params->bounded, .margin = wish->margin};
     memcpy(fit.bounds, params->bounds, sizeof fit.bounds);
-    softshadow_status status = ss_frames_fit(&maps->frames, &fit, stage->pool);
-    if (status) return status;
+    ss_light_maps *maps = *state = ss_alloc(1, wish->state_size);
+    if (!maps) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
+    maps->world = stage->world;
+    maps->answer = ss_light_maps_hard;
+    maps->light = *stage->light;
+    maps->state_size = wish->state_size;
+    ss_falloff_make(&maps->falloff, params->falloff, wish->paper, stage->light);
+    const softshadow_status status = ss_frames_fit(&maps->frames, &fit, stage->pool);
     maps->texels = (size_t)params->resolution * params->resolution * maps->frames.count;
-    maps->depth = ss_alloc_any(maps->texels, sizeof *maps->depth);
+    if (status) ss_light_maps_destroy(maps), *state = NULL;
+    return status;
+}
+
+softshadow_status ss_light_maps_draw(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                     ss_light_maps *maps) {
     uint8_t *held = ss_alloc(stage->world->triangle_count, 1);
+    softshadow_status status = SOFTSHADOW_OK;
+    maps->depth = ss_alloc_any(maps->texels, sizeof *maps->depth);
     if (wish->below) maps->below = ss_alloc_any(maps->texels * wish->below, sizeof *maps->below);
     if (!maps->depth || !held || (wish->below && !maps->below)) status = no_memory(maps);
     if (!status) status = draw_depth(stage, wish, maps, held);
@@ -89,17 +102,10 @@ static softshadow_status build_maps(const ss_stage *stage, const ss_light_maps_w
 
 softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps_wish *wish,
                                       void **state) {
-    *state = NULL;
-    ss_light_maps *maps = ss_alloc(1, wish->state_size);
-    if (!maps) return ss_fail(SOFTSHADOW_E_MEMORY, "out of memory");
-    maps->world = stage->world;
-    maps->answer = ss_light_maps_hard;
-    maps->light = *stage->light;
-    maps->state_size = wish->state_size;
-    ss_falloff_make(&maps->falloff, stage->params->falloff, wish->paper, stage->light);
-    const softshadow_status status = build_maps(stage, wish, maps);
-    if (status) ss_light_maps_destroy(maps);
-    else *state = maps;
+    softshadow_status status = ss_light_maps_fit(stage, wish, state);
+    if (status) return status;
+    status = ss_light_maps_draw(stage, wish, *state);
+    if (status) ss_light_maps_destroy(*state), *state = NULL;
     return status;
 }
 
@@ -128,8 +134,7 @@ void ss_light_maps_weave(const float *const channel[], uint32_t channels, uint32
     uint32_t x = 0;
     for (; x + 4 <= n && channels == 4; x += 4) {
         ss_floats t[4];
-        for (int c = 0; c < 4; c++) t[c] = ss_floats_load(channel[c] + x);
-        ss_floats_turn(&t[0], &t[1], &t[2], &t[3]);
+        ss_floats_weave(channel, x, t);
         for (uint32_t i = 0; i < 4; i++) ss_floats_store(texels + 4 * (x + i), t[i]);
     }
     for (; x < n; x++)

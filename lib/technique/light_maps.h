@@ -58,7 +58,13 @@ typedef struct ss_light_maps_wish {
     ss_falloff_paper paper;
 } ss_light_maps_wish;
 
-/* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. */
+/* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. In two steps for
+ * who has to know the frames first: the second leaves the state
+ * where it is, whatever happens. */
+softshadow_status ss_light_maps_fit(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                    void **state);
+softshadow_status ss_light_maps_draw(const ss_stage *stage, const ss_light_maps_wish *wish,
+                                     ss_light_maps *maps);
 softshadow_status ss_light_maps_build(const ss_stage *stage, const ss_light_maps_wish *wish,
                                       void **state);
 /* A plane of `channels` a texel for all faces, zero, and what answers from it. */
@@ -69,7 +75,7 @@ softshadow_status ss_light_maps_add_any(ss_light_maps *maps, const char *name, u
                                         ss_light_maps_answer *answer);
 
 /* Of a face, layer 0 to wish->below, while the state is built; drop them then. */
-const float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer);
+float *ss_light_maps_layer(const ss_light_maps *maps, uint32_t face, uint32_t layer);
 void ss_light_maps_drop_layers(ss_light_maps *maps);
 
 /* Channels' rows of n numbers, woven into texels. */

@@ -59,7 +59,7 @@ SS_TILE_INLINE void rim_least(uint32_t tag, const ss_tile_bounds *of, ss_tile_fl
 
 /* least_rise() of outer.c, of a plain pen. */
 SS_TILE_INLINE uint32_t outer_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
-                               ss_tile_floats *out) {
+                                    ss_tile_floats *out) {
     const ss_outer_sheet *s = ctx;
     rim_least(tag, of, out);
     *out *= s->per_texel;
@@ -68,7 +68,7 @@ SS_TILE_INLINE uint32_t outer_least(const void *ctx, uint32_t tag, const ss_tile
 
 /* Of techniques that tell the inside from the outside, which is kind 0: ss_rim_reaches_in(). */
 SS_TILE_INLINE uint32_t sided_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
-                               ss_tile_floats *out) {
+                                    ss_tile_floats *out) {
     const ss_offer_face *f = ctx;
     rim_least(tag, of, out);
     *out = f->paper ? (ss_tile_floats){0} : *out * f->per_texel;
@@ -78,7 +78,7 @@ SS_TILE_INLINE uint32_t sided_least(const void *ctx, uint32_t tag, const ss_tile
 
 /* least_rise() of penumbra_mask.c */
 SS_TILE_INLINE uint32_t mask_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
-                              ss_tile_floats *out) {
+                                   ss_tile_floats *out) {
     const ss_offer_face *f = ctx;
     rim_least(tag, of, out);
     const ss_tile_floats away = *out - 2;
@@ -269,7 +269,6 @@ SS_TILE_INLINE void open_past(const ss_offer_face *f, const ss_raster_tile *tile
     depth_past(f, &at, 2.5f, &far);
     *out = SS_WIDE_MORE(near, far);
 }
-#define UNDER_SKY (SS_MAP_FAR * (1 - 0x1p-10f)) /* nothing is as deep but SS_MAP_FAR */
 
 /* The most of two sums over a tile's texels, begun at 0. */
 SS_TILE_INLINE void most_of(const ss_wide sum[2], float most[2]) {
@@ -344,7 +343,7 @@ SS_TILE_INLINE void limit_offer(const void *ctx, ss_raster_tile *tile, int32_t x
     const ss_wide wide = f->paper ? c + size : size / (receiver - c);
     may &= SS_WIDE_IS_LESS(wide, before) & (~outside | limit_outside(f, depth, c, q));
     if (!ss_wide_any(may)) return;
-    open_past(f, tile, x, row, a, &from, tag, &may, SS_WIDE_ALL(UNDER_SKY), &open);
+    open_past(f, tile, x, row, a, &from, tag, &may, SS_WIDE_ALL(SS_MAP_FAR), &open);
     const ss_wide key = f->paper ? wide : limit_folded(f, c, size, receiver, wide, open, outside);
     const ss_wide_mask better =
         may & ~SS_WIDE_IS_LESS(open, c - f->near) & SS_WIDE_IS_LESS(key, before);
@@ -484,7 +483,7 @@ SS_TILE_INLINE void volume_offer(const void *ctx, ss_raster_tile *tile, int32_t 
     const ss_wide key = f->paper ? edge + rise : size * f->per_texel / least;
     may &= SS_WIDE_IS_LESS(key, before);
     if (!ss_wide_any(may)) return;
-    open_past(f, tile, x, row, a, &at, tag, &may, SS_WIDE_ALL(UNDER_SKY), &open);
+    open_past(f, tile, x, row, a, &at, tag, &may, SS_WIDE_ALL(SS_MAP_FAR), &open);
     if (!f->paper) may &= volume_matters(f, &at, edge, depth, rise, open);
     if (!ss_wide_any(may)) return;
     const ss_wide one = SS_WIDE_ALL(1.f), begin = edge + rise;

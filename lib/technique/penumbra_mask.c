@@ -216,36 +216,38 @@ static softshadow_status build_face(const ss_stage *stage, mask_state *mask, uin
 
 static ss_light_maps_answer answer;
 
-static softshadow_status draw(const ss_stage *stage, mask_state *mask) {
+static softshadow_status draw(const ss_stage *stage, mask_state *mask,
+                              const ss_silhouette *found) {
     ss_light_maps *maps = &mask->maps;
-    ss_silhouette found;
-    softshadow_status status = ss_rim_find(stage, &found);
-    if (status) return status;
-    maps->silhouette_edges = found.count;
-    if (found.count) status = ss_light_maps_add_any(maps, "penumbra-mask", MASK_CHANNELS, answer);
+    softshadow_status status =
+        ss_light_maps_add_any(maps, "penumbra-mask", MASK_CHANNELS, answer);
     maps->channel_names = "surface,compared,volume,edge";
-    for (uint32_t face = 0; face < maps->frames.count && found.count && !status; face++) {
-        status = build_face(stage, mask, face, &found);
-    }
+    for (uint32_t face = 0; face < maps->frames.count && !status; face++)
+        status = build_face(stage, mask, face, found);
     ss_light_maps_drop_layers(maps);
-    ss_silhouette_free(&found);
     return status;
 }
 
+/* What lies below the first surface only matters where there are silhouettes. */
 static softshadow_status build_part(const ss_stage *stage, void **state) {
     const ss_params *params = stage->params;
-    const ss_light_maps_wish wish = {.state_size = sizeof(mask_state),
-                                     .slope_texels = 1.5,
-                                     .bare = !stage->light->point,
-                                     .below = !stage->light->point,
-                                     .margin = true};
-    softshadow_status status = ss_light_maps_build(stage, &wish, state);
-    if (status || stage->light->point) return status;
+    const bool point = stage->light->point;
+    ss_light_maps_wish wish = {.state_size = sizeof(mask_state),
+                               .slope_texels = 1.5,
+                               .bare = !point,
+                               .margin = true};
+    ss_silhouette found = {0};
+    softshadow_status status = ss_light_maps_fit(stage, &wish, state);
+    if (status) return status;
     mask_state *mask = *state;
     mask->taps = params->mask_taps, mask->seed = params->seed;
     mask->blur = params->blur == 1 ? BLUR : params->blur;
     mask->paper = params->falloff == SOFTSHADOW_FALLOFF_PAPER;
-    if (mask->maps.frames.count) status = draw(stage, mask);
+    if (!point && mask->maps.frames.count) status = ss_rim_find(stage, &found);
+    mask->maps.silhouette_edges = found.count, wish.below = found.count > 0;
+    if (!status) status = ss_light_maps_draw(stage, &wish, &mask->maps);
+    if (!status && found.count) status = draw(stage, mask, &found);
+    ss_silhouette_free(&found);
     if (status) ss_light_maps_destroy(mask), *state = NULL;
     return status;
 }

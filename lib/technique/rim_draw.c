@@ -104,7 +104,7 @@ static void spread(patch *p, double x, double y) {
         p->low[k] = fmin(p->low[k], at[k]), p->high[k] = fmax(p->high[k], at[k]);
 }
 
-/* Are all depths of a patch within low..high? Of a large one nobody knows. */
+/* Are all depths of a patch from low on, but less than high? Of a large one nobody knows. */
 static bool within(const artist *a, const patch *p, double slack, float low, float high) {
     const double most = a->style->side - 1.0;
     uint32_t from[2], to[2];
@@ -116,13 +116,13 @@ static bool within(const artist *a, const patch *p, double slack, float low, flo
     for (uint32_t y = from[1]; y <= to[1]; y++) {
         const float *row = a->style->depth + (size_t)y * a->style->side;
         for (uint32_t x = from[0]; x <= to[0]; x++)
-            if (!(low <= row[x] && row[x] <= high)) return false;
+            if (!(low <= row[x] && row[x] < high)) return false;
     }
     return true;
 }
 
 static bool nothing_at(const artist *a, const patch *p, double slack) {
-    return a->style->sky && within(a, p, slack, SS_MAP_FAR, SS_MAP_FAR);
+    return a->style->sky && within(a, p, slack, SS_MAP_FAR, INFINITY);
 }
 
 /* What hangs on a strip's corners hangs on the edge there; or, where penumbrae are not as wide
@@ -162,8 +162,7 @@ static bool piece_hidden(const artist *a, const ss_rim_vertex *at, const double 
             spread(&p, at->x + side * SKY_NEAR * ways[i][0], at->y + side * SKY_NEAR * ways[i][1]);
             spread(&p, at->x + side * SKY_WAY * ways[i][0], at->y + side * SKY_WAY * ways[i][1]);
         }
-        if (!within(a, &p, SKY_SLACK + SKY_BULGE, -SS_MAP_FAR, nextafterf(h, -SS_MAP_FAR)))
-            return false;
+        if (!within(a, &p, SKY_SLACK + SKY_BULGE, -INFINITY, h)) return false;
     }
     return true;
 }

@@ -81,7 +81,7 @@ typedef struct ss_tile_bounds {
 
 /* The ink's `least`; gives the kinds, a bit for each. */
 typedef uint32_t ss_tile_least(const void *ctx, uint32_t tag, const ss_tile_bounds *of,
-                          ss_tile_floats *least);
+                               ss_tile_floats *least);
 
 #define SS_TILE_PICK(mask, yes, no)                                                               \
     ((ss_tile_floats)(((mask) & (ss_tile_ints)(yes)) | (~(mask) & (ss_tile_ints)(no))))
@@ -223,8 +223,7 @@ SS_TILE_INLINE void ss_tile_write(const ss_raster_tile *tile, const float *const
     float *to = texels + ((size_t)(tile->y + row) * side + (size_t)tile->x) * 4;
     for (int32_t x = 0; x < tile->width; x += 4) {
         ss_floats t[4];
-        for (int c = 0; c < 4; c++) t[c] = ss_floats_load(channel[c] + x);
-        ss_floats_turn(&t[0], &t[1], &t[2], &t[3]);
+        ss_floats_weave(channel, (size_t)x, t);
         for (int32_t i = 0; i < 4 && x + i < tile->width; i++) {
             ss_floats_store(to + 4 * (x + i), t[i]);
         }
