@@ -58,9 +58,9 @@ typedef struct ss_light_maps_wish {
     ss_falloff_paper paper;
 } ss_light_maps_wish;
 
-/* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. In two steps for
- * who has to know the frames first: the second leaves the state
- * where it is, whatever happens. */
+/* Allocates the state, fits the frames, draws the depth. *state is NULL on failure. In two steps
+ * for who has to know the frames first: the second leaves the state where it is, whatever
+ * happens. */
 softshadow_status ss_light_maps_fit(const ss_stage *stage, const ss_light_maps_wish *wish,
                                     void **state);
 softshadow_status ss_light_maps_draw(const ss_stage *stage, const ss_light_maps_wish *wish,

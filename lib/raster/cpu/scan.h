@@ -38,8 +38,8 @@ static inline bool ss_scan_is_small(const ss_scan *s) {
     return true;
 }
 void ss_scan_small(const ss_scan *scan, const ss_scan_rows *rows, float bias);
-/* Is there no texel where a small triangle is that holds something deeper than `least`, and has less
- * than `most` above? For rows of one plane. */
+/* Is there no texel where a small triangle is that holds something deeper than `least`, and has
+ * less than `most` above? For rows of one plane. */
 bool ss_scan_hidden(const ss_scan *scan, const ss_scan_rows *rows, float least, float most);
 /* Like depth, but a texel counts only where keep(ctx, weights of the corners) says so. */
 typedef bool ss_scan_keep(void *ctx, const double weight[3]);
